@@ -1,0 +1,205 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Every parameter, once: default, bounds, unit and one sentence.
+
+YAML, ROS declarations, `--help` and the README's table are derived from these dataclasses.
+Lengths of the algorithm are in mesh resolutions (suffix `_mr`).
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields, replace
+import math
+from typing import Any
+
+from ros_rops.core.errors import ParameterError
+
+Scalar = bool | int | float | str
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterInfo:
+    """Description of one parameter: dotted `name`, `default`, bounds, unit, text."""
+
+    name: str
+    default: Scalar
+    description: str
+    unit: str
+    low: float | None
+    high: float | None
+    choices: tuple[str, ...]
+
+
+def param(
+    default: Scalar,
+    description: str,
+    *,
+    unit: str = '',
+    low: float | None = None,
+    high: float | None = None,
+    choices: tuple[str, ...] = (),
+) -> Any:
+    """Declare one parameter of a group."""
+    return field(
+        default=default,
+        metadata={
+            'description': description,
+            'unit': unit,
+            'low': low,
+            'high': high,
+            'choices': choices,
+        },
+    )
+
+
+def _check(info: ParameterInfo, value: object) -> Scalar:
+    kind = type(info.default)
+    if kind is float and isinstance(value, int) and not isinstance(value, bool):
+        value = float(value)
+    if type(value) is not kind:
+        raise ParameterError(f'{info.name}: expected {kind.__name__}, got {value!r}')
+    if isinstance(value, str) and info.choices and value not in info.choices:
+        raise ParameterError(f'{info.name}: {value!r} is none of {", ".join(info.choices)}')
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        if not math.isfinite(value):
+            raise ParameterError(f'{info.name}: must be finite, got {value!r}')
+        if info.low is not None and value < info.low:
+            raise ParameterError(f'{info.name}: {value!r} is below {info.low}')
+        if info.high is not None and value > info.high:
+            raise ParameterError(f'{info.name}: {value!r} is above {info.high}')
+    return value  # type: ignore[return-value]
+
+
+class Group:
+    """A group of parameters; values are checked when it is made."""
+
+    def __post_init__(self) -> None:
+        """Check every value against its declaration."""
+        for info in describe_group(type(self)):
+            object.__setattr__(self, info.name, _check(info, getattr(self, info.name)))
+
+
+def describe_group(group: type, prefix: str = '') -> Iterator[ParameterInfo]:
+    """Yield the parameters of a group class, their names behind `prefix`."""
+    for item in fields(group):
+        yield ParameterInfo(name=prefix + item.name, default=item.default, **item.metadata)
+
+
+@dataclass(frozen=True, slots=True)
+class MeshConfig(Group):
+    """Range view to mesh (III-A)."""
+
+    edge_factor: float = param(
+        4.0, 'Drop a triangle whose longest edge exceeds this multiple of the edge length '
+        'expected at its place.', low=1.5, high=20.0)
+    grazing_deg: float = param(
+        80.0, 'Drop a triangle seen at more than this angle from its normal.',
+        unit='deg', low=45.0, high=90.0)
+
+
+@dataclass(frozen=True, slots=True)
+class KeypointConfig(Group):
+    """Feature points (III-A)."""
+
+    spacing_mr: float = param(
+        3.0, 'Minimum distance between two keypoints.', unit='mr', low=0.5, high=50.0)
+    boundary_mr: float = param(
+        3.0, 'Keypoints keep this distance from the boundary of the mesh.',
+        unit='mr', low=0.0, high=50.0)
+    eigen_ratio: float = param(
+        1.0, 'Keep a keypoint only where lambda1/lambda2 of its support exceeds this '
+        '(the paper: 1.02; 1 keeps all).', low=1.0, high=10.0)
+    most: int = param(2000, 'Most keypoints of a view.', low=10, high=100000)
+
+
+@dataclass(frozen=True, slots=True)
+class LrfConfig(Group):
+    """Local reference frame (Guo et al., IJCV 2013)."""
+
+    method: str = param(
+        'rops', 'Frame: covariance of the support (rops, the paper) or normal of a smaller '
+        'support with x by weighted projection (toldi).', choices=('rops', 'toldi'))
+    triangles: str = param(
+        'author', "Which triangles count: all vertices and the centroid within the radius "
+        "(author) or any vertex (pcl).", choices=('author', 'pcl'))
+    normal_radius_mr: float = param(
+        5.0, 'Radius of the normal for the toldi frame.', unit='mr', low=1.0, high=50.0)
+
+
+@dataclass(frozen=True, slots=True)
+class RopsConfig(Group):
+    """RoPS descriptor (III-A, eqs. 1-4)."""
+
+    radius_mr: float = param(
+        15.0, 'Radius of the support of a feature.', unit='mr', low=2.0, high=100.0)
+    rotations: int = param(3, 'Rotations about each axis (T).', low=1, high=12)
+    bins: int = param(5, 'Bins of a side of the distribution matrix (L).', low=2, high=16)
+    convention: str = param(
+        'author', 'Angles, axis order and normalisation of the toolbox followed.',
+        choices=('author', 'pcl'))
+
+
+@dataclass(frozen=True, slots=True)
+class FineConfig(Group):
+    """Multi-view fine registration (IV-B)."""
+
+    method: str = param(
+        'simultaneous', 'All views together, point to plane (simultaneous), or corresponding '
+        'point sets, point to point (williams, the paper).', choices=('simultaneous', 'williams'))
+    iterations: int = param(40, 'Most rounds.', low=0, high=1000)
+
+
+@dataclass(frozen=True, slots=True)
+class Config:
+    """All parameters of the engine, by group."""
+
+    mesh: MeshConfig = MeshConfig()
+    keypoints: KeypointConfig = KeypointConfig()
+    lrf: LrfConfig = LrfConfig()
+    rops: RopsConfig = RopsConfig()
+    fine: FineConfig = FineConfig()
+
+    @classmethod
+    def from_flat(cls, values: Mapping[str, object]) -> 'Config':
+        """
+        Make a configuration from dotted names, the rest at their defaults.
+
+        Parameters
+        ----------
+        values : mapping
+            For example ``{'rops.radius_mr': 12.0}``.
+
+        Raises
+        ------
+        ParameterError
+            For an unknown name, a wrong type or a value out of bounds.
+        """
+        known = {info.name for info in describe()}
+        groups: dict[str, dict[str, object]] = {}
+        for name, value in values.items():
+            if name not in known:
+                raise ParameterError(f'{name}: no such parameter')
+            group, _, leaf = name.partition('.')
+            groups.setdefault(group, {})[leaf] = value
+        config = cls()
+        for group, items in groups.items():
+            try:
+                part = replace(getattr(config, group), **items)
+            except ParameterError as error:
+                raise ParameterError(f'{group}.{error}') from None
+            config = replace(config, **{group: part})
+        return config
+
+    def to_flat(self) -> dict[str, Scalar]:
+        """Return all values by dotted name, in the order of declaration."""
+        return {
+            f'{group.name}.{item.name}': getattr(getattr(self, group.name), item.name)
+            for group in fields(self)
+            for item in fields(getattr(self, group.name))
+        }
+
+
+def describe() -> Iterator[ParameterInfo]:
+    """Yield every parameter by dotted name, in the order of declaration."""
+    for group in fields(Config):
+        yield from describe_group(type(group.default), group.name + '.')

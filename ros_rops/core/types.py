@@ -1,0 +1,179 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The products that the stages hand on.
+
+All are frozen, their arrays read-only. N points, F faces, K keypoints, D descriptor entries.
+Lengths are in the view's own units; a transform `T_target_source` maps source points into the
+target frame: p_target = T_target_source p_source.
+"""
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ros_rops.core.errors import ShapeError
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int32]
+Bools = NDArray[np.bool_]
+Bytes = NDArray[np.uint8]
+
+Units = Literal['m', 'mm', 'unknown']
+
+
+def frozen(array: NDArray, dtype: type) -> NDArray:
+    """Return `array` as a read-only C-contiguous array of `dtype` (a copy if need be)."""
+    result = np.ascontiguousarray(array, dtype=dtype)
+    if result.flags.writeable:
+        result = result.view()
+        result.flags.writeable = False
+    return result
+
+
+class Status(Enum):
+    """What became of a view or of a pair; never told by a special transform."""
+
+    PLACED = 'placed'
+    PENDING = 'pending'
+    AMBIGUOUS = 'ambiguous'
+    REFUSED = 'refused'
+
+
+@dataclass(frozen=True, slots=True)
+class SensorModel:
+    """
+    Where the rays of a view come from, in the view's frame.
+
+    Parameters
+    ----------
+    kind : {'pinhole', 'orthographic', 'unknown'}
+        `pinhole`: all rays leave `origin`. `orthographic`: all rays run along `direction`.
+        `unknown`: no evidence can be drawn from the rays.
+    origin : (3,) tuple of float
+        Centre of projection (pinhole only), in the view's units.
+    direction : (3,) tuple of float
+        Unit vector from the sensor into the scene.
+    """
+
+    kind: Literal['pinhole', 'orthographic', 'unknown'] = 'unknown'
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    direction: tuple[float, float, float] = (0.0, 0.0, 1.0)
+
+    def to_sensor(self, points: Floats) -> Floats:
+        """
+        Unit vectors from `points` (N, 3) towards the sensor.
+
+        For an unknown sensor the vectors are -`direction`, which only orients normals.
+        """
+        if self.kind == 'pinhole':
+            rays = np.asarray(self.origin) - points
+            length = np.linalg.norm(rays, axis=1, keepdims=True)
+            return rays / np.where(length > 0, length, 1.0)
+        return np.broadcast_to(-np.asarray(self.direction), points.shape)
+
+
+@dataclass(frozen=True, slots=True)
+class RangeView:
+    """
+    What one sensor pose saw.
+
+    Parameters
+    ----------
+    name : str
+        The file's or message's name as given; unique within a session.
+    points : (N, 3) float64
+        Finite points only, in the sensor's frame.
+    grid : (H, W) int32 or None
+        For an organized view, the index of the point behind each pixel, -1 where none.
+    sensor : SensorModel
+    colors : (N, 3) uint8 or None
+        Red, green, blue.
+    units : {'m', 'mm', 'unknown'}
+    stamp_ns : int or None
+        Time of capture.
+    frame_id : str
+        The sensor's frame.
+
+    Raises
+    ------
+    ShapeError
+        If an array's shape or the grid's indices do not fit `points`.
+    """
+
+    name: str
+    points: Floats
+    grid: Ints | None = None
+    sensor: SensorModel = SensorModel()
+    colors: Bytes | None = None
+    units: Units = 'unknown'
+    stamp_ns: int | None = None
+    frame_id: str = ''
+
+    def __post_init__(self) -> None:
+        """Check shapes and make the arrays read-only."""
+        points = frozen(self.points, np.float64)
+        if points.ndim != 2 or points.shape[1] != 3:
+            raise ShapeError(f'points of {self.name!r}: expected (N, 3), got {points.shape}')
+        if not np.isfinite(points).all():
+            raise ShapeError(f'points of {self.name!r}: not finite (drop such points first)')
+        object.__setattr__(self, 'points', points)
+        if self.grid is not None:
+            grid = frozen(self.grid, np.int32)
+            if grid.ndim != 2 or (grid.size and grid.max() >= len(points)):
+                raise ShapeError(f'grid of {self.name!r}: expected (H, W) indices < {len(points)}')
+            object.__setattr__(self, 'grid', grid)
+        if self.colors is not None:
+            colors = frozen(self.colors, np.uint8)
+            if colors.shape != points.shape:
+                raise ShapeError(f'colors of {self.name!r}: {colors.shape} != {points.shape}')
+            object.__setattr__(self, 'colors', colors)
+
+
+@dataclass(frozen=True, slots=True)
+class RangeMesh:
+    """
+    A view's triangle mesh (Guo et al. 2014, III-A).
+
+    Parameters
+    ----------
+    vertices : (N, 3) float64
+    faces : (F, 3) int32
+        Counter-clockwise seen from the sensor.
+    normals : (N, 3) float64
+        Unit, towards the sensor; zero for vertices without a face.
+    boundary : (N,) bool
+        Vertices on an edge that has one face only, or without a face.
+    resolution : float
+        Mean length of the mesh's edges (`mr`, each edge once).
+    """
+
+    vertices: Floats
+    faces: Ints
+    normals: Floats
+    boundary: Bools
+    resolution: float
+
+
+@dataclass(frozen=True, slots=True)
+class Features:
+    """
+    RoPS features of a view (III-A).
+
+    Parameters
+    ----------
+    indices : (K,) int32
+        Vertex of each keypoint.
+    positions : (K, 3) float64
+    lrfs : (K, 3, 3) float64
+        Rows are the axes x, y, z of the local reference frame.
+    descriptors : (K, D) float32
+    """
+
+    indices: Ints
+    positions: Floats
+    lrfs: Floats
+    descriptors: NDArray[np.float32]

@@ -1,0 +1,17 @@
+// Copyright 2026 The ros_rops authors
+// SPDX-License-Identifier: Apache-2.0
+#include <pybind11/pybind11.h>
+
+namespace rops {
+// One function per source file binds what that file offers.
+void bind_mesh(pybind11::module_& m);
+void bind_features(pybind11::module_& m);
+void bind_verification(pybind11::module_& m);
+}  // namespace rops
+
+PYBIND11_MODULE(_kernels, m) {
+  m.doc() = "Compiled loops; use the typed faces in ros_rops.kernels instead.";
+  rops::bind_mesh(m);
+  rops::bind_features(m);
+  rops::bind_verification(m);
+}
