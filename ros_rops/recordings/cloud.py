@@ -1,0 +1,76 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+What a file parser hands on: points as they stand in the file, before anything is inferred.
+
+Every parser (ply, pcd, text, npz, PointCloud2) returns a `Cloud`; `finish` in `reader` turns it
+into a `RangeView`.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class FormatError(Exception):
+    """The bytes are not what they claim to be; the reader adds the file's name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cloud:
+    """
+    Points of one file, holes included.
+
+    Parameters
+    ----------
+    points : (N, 3) float64
+        May hold NaN and infinities.
+    grid : (H, W) int32 or None
+        Index of the point behind each pixel, -1 where none.
+    colors : (N, 3) uint8 or None
+        Red, green, blue.
+    notes : tuple of str
+        What the parser had to assume, one sentence each.
+    """
+
+    points: NDArray[np.float64]
+    grid: NDArray[np.int32] | None = None
+    colors: NDArray[np.uint8] | None = None
+    notes: tuple[str, ...] = ()
+
+
+def drop_holes(cloud: Cloud) -> Cloud:
+    """Return `cloud` with its finite points only, the grid and the colours kept in step."""
+    good = np.isfinite(cloud.points).all(axis=1)
+    if good.all():
+        return cloud
+    renumber = np.full(len(good) + 1, -1, np.int32)  # the last entry serves index -1
+    renumber[:-1][good] = np.arange(np.count_nonzero(good), dtype=np.int32)
+    return Cloud(
+        cloud.points[good],
+        None if cloud.grid is None else renumber[cloud.grid],
+        None if cloud.colors is None else cloud.colors[good],
+        cloud.notes,
+    )
+
+
+def full_grid(height: int, width: int) -> NDArray[np.int32]:
+    """Return the (H, W) grid of a cloud that has one point, or hole, per pixel."""
+    return np.arange(height * width, dtype=np.int32).reshape(height, width)
+
+
+def to_bytes(colors: NDArray) -> NDArray[np.uint8]:
+    """
+    Return colours as 0-255 bytes.
+
+    Integers are clipped; floats that stay within 0-1 are taken as fractions.
+    """
+    if colors.dtype == np.uint8:
+        return colors
+    if np.issubdtype(colors.dtype, np.integer):
+        return np.clip(colors, 0, 255).astype(np.uint8)
+    values = np.nan_to_num(colors.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0)
+    if values.size and values.max() <= 1.0:
+        values = values * 255.0
+    return np.clip(np.rint(values), 0, 255).astype(np.uint8)

@@ -1,0 +1,131 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""One file to one `RangeView`."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+import os
+from pathlib import Path
+
+from ros_rops.core.errors import InputError
+from ros_rops.core.types import Floats, Ints, RangeView
+from ros_rops.recordings import npz, pcd, ply, text
+from ros_rops.recordings.cloud import Cloud, drop_holes, FormatError
+from ros_rops.recordings.files import kind_of, read_bytes, TEXT_SUFFIXES, VIEW_SUFFIXES
+from ros_rops.recordings.sensor import resolve_sensor
+from ros_rops.recordings.units import resolve_units
+
+PARSERS: dict[str, Callable[[bytes], Cloud]] = {
+    '.ply': ply.parse,
+    '.pcd': pcd.parse,
+    '.npz': npz.parse,
+    **dict.fromkeys(TEXT_SUFFIXES, text.parse),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class NotedView:
+    """A view and what had to be inferred to read it, one sentence a note."""
+
+    view: RangeView
+    notes: tuple[str, ...] = ()
+
+
+def read_view(
+    path: str | os.PathLike[str], *, units: str = 'auto', sensor: str = 'auto'
+) -> RangeView:
+    """
+    Read a range view from a PLY, PCD, NPZ or text file (text also as .gz).
+
+    Parameters
+    ----------
+    path : path
+        The suffix tells the kind, and the content must agree with it.
+    units : {'auto', 'm', 'mm'}
+        'auto' infers them from the extent.
+    sensor : str
+        'auto' infers it; 'pinhole', '+z', '-z', ..., 'unknown' state it (see `sensor`).
+
+    Returns
+    -------
+    RangeView
+        Named as the file; points in the file's units; NaN and infinities dropped, the grid kept.
+        It may hold no point at all: whether that is enough is the engine's to say.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, unreadable, empty, truncated, of an unknown kind or mislabelled.
+    ParameterError
+        If `units` or `sensor` is none of the choices.
+    """
+    return read_view_noted(path, units=units, sensor=sensor).view
+
+
+def read_view_noted(
+    path: str | os.PathLike[str], *, units: str = 'auto', sensor: str = 'auto'
+) -> NotedView:
+    """Read a view as `read_view` does, and say what was inferred."""
+    path = Path(path)
+    cloud = _parse(path, read_bytes(path))
+    noted = finish(path.name, cloud, units=units, sensor=sensor)
+    return replace(noted, notes=tuple(f'{path.name}: {note}' for note in noted.notes))
+
+
+def read_mesh(path: str | os.PathLike[str]) -> tuple[Floats, Ints]:
+    """
+    Read a triangle model from a PLY file: vertices (N, 3) and faces (F, 3).
+
+    Raises
+    ------
+    InputError
+        As `read_view`, and if the file has no triangles.
+    """
+    path = Path(path)
+    data = read_bytes(path)
+    try:
+        return ply.parse_mesh(data)
+    except FormatError as error:
+        raise InputError(f'{path}: {error}') from None
+
+
+def finish(name: str, cloud: Cloud, *, units: str = 'auto', sensor: str = 'auto') -> NotedView:
+    """
+    Make a view of what a parser found: holes dropped, units and sensor resolved.
+
+    Raises
+    ------
+    ParameterError
+        If `units` or `sensor` is none of the choices.
+    """
+    clean = drop_holes(cloud)
+    known_units, about_units = resolve_units(clean.points, units)
+    model, about_sensor = resolve_sensor(clean.points, clean.grid, sensor)
+    view = RangeView(name, clean.points, clean.grid, model, clean.colors, known_units)
+    notes = (*clean.notes, about_units, about_sensor)
+    return NotedView(view, tuple(note for note in notes if note))
+
+
+def _parse(path: Path, data: bytes) -> Cloud:
+    kind = kind_of(path)
+    if kind is None:
+        known = ', '.join(sorted(VIEW_SUFFIXES))
+        raise InputError(f'{path}: no view file, its suffix is none of {known}')
+    try:
+        return PARSERS[kind](data)
+    except FormatError as error:
+        raise InputError(f'{path}: {error}{_resembles(kind, data)}') from None
+
+
+def _resembles(kind: str, data: bytes) -> str:
+    """Say which other kind the bytes look like, if any."""
+    head = data[:200]
+    guesses = {
+        '.ply': head.startswith((b'ply\n', b'ply\r')),
+        '.pcd': b'.PCD' in head or b'FIELDS ' in head,
+        '.npz': head.startswith(b'PK\x03\x04'),
+    }
+    for suffix, fits in guesses.items():
+        if fits and suffix != kind:
+            return f'; it looks like a {suffix} file'
+    return ''
