@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ros_rops.bench.truth import Dataset
+from ros_rops.bench.truth import ReferenceSet
 from ros_rops.core.types import Floats
 
 OVERLAP_DRES = 2.0
@@ -28,14 +28,14 @@ class PairTruth:
         The source view and the target view.
     overlap : float
         Share of the points of both that have a neighbour in the other within 2 dres.
-    T_j_i : (4, 4) float64
-        Reference transform of i's points into j's frame.
+    T_j_i : (4, 4) float64 or None
+        Reference transform of i's points into j's frame; None for views of two objects.
     """
 
     name_i: str
     name_j: str
     overlap: float
-    T_j_i: Floats
+    T_j_i: Floats | None
 
     def __iter__(self) -> Iterator[object]:
         """Unpack as name_i, name_j, overlap, T_j_i."""
@@ -102,7 +102,7 @@ def overlap(
     return close / max(1, int(tree_i.n) + int(tree_j.n))
 
 
-def evaluate_pairs(dataset: Dataset, *, threads: int = 2) -> list[PairTruth]:
+def evaluate_pairs(dataset: ReferenceSet, *, threads: int = 2) -> list[PairTruth]:
     """
     Overlap and reference transform of all pairs i < j of a data set, in the order of its views.
 
@@ -113,6 +113,8 @@ def evaluate_pairs(dataset: Dataset, *, threads: int = 2) -> list[PairTruth]:
     pairs = []
     for i, j in combinations(dataset.views, 2):
         T_j_i = dataset.reference(i, j)
-        shared = overlap(trees[i], trees[j], T_j_i, radius, threads=threads)
+        shared = 0.0
+        if T_j_i is not None:
+            shared = overlap(trees[i], trees[j], T_j_i, radius, threads=threads)
         pairs.append(PairTruth(i, j, shared, T_j_i))
     return pairs

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from ros_rops.bench.errors import pair_errors, rotation_error_deg
 from ros_rops.bench.evaluation import evaluate_pairs, overlap, overlap_bin
-from ros_rops.bench.truth import Dataset
+from ros_rops.bench.truth import ReferenceSet
 from ros_rops.core.types import RangeView
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
@@ -88,13 +88,21 @@ def test_overlap_equals_brute_force():
 def test_pairs_in_order_with_their_reference():
     views = {n: RangeView(n, line(0, 10)) for n in ('b', 'a', 'c')}
     poses = {'b': np.eye(4), 'a': transform(shift=(9, 0, 0)), 'c': transform(shift=(50, 0, 0))}
-    pairs = evaluate_pairs(Dataset('set', 'm', 'exact', views, poses, dres=1.0))
+    pairs = evaluate_pairs(ReferenceSet('set', 'm', 'exact', views, poses, dres=1.0))
     assert [(p.name_i, p.name_j) for p in pairs] == [('b', 'a'), ('b', 'c'), ('a', 'c')]
     name_i, name_j, shared, T_j_i = pairs[0]
     # 7, 8, 9 of b near a's 9; by symmetry as many of a.
     assert (name_i, name_j, shared) == ('b', 'a', 6 / 20)
     np.testing.assert_allclose(T_j_i, transform(shift=(-9, 0, 0)))
     assert [p.evaluated for p in pairs] == [True, False, False]
+
+
+def test_views_of_two_objects_share_nothing():
+    views = {n: RangeView(n, line(0, 10)) for n in ('a', 'b')}
+    poses = {n: np.eye(4) for n in views}
+    mixed = ReferenceSet('set', 'm', 'exact', views, poses, 1.0, {'a': 'cat', 'b': 'dog'})
+    pair, = evaluate_pairs(mixed)
+    assert (pair.T_j_i, pair.overlap, pair.evaluated) == (None, 0.0, False)
 
 
 @pytest.mark.parametrize(('value', 'key'), [
