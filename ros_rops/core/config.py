@@ -101,6 +101,11 @@ class MeshConfig(Group):
 class KeypointConfig(Group):
     """Feature points (III-A)."""
 
+    method: str = param(
+        'uniform', 'Choose among all vertices (uniform) or among those nearest to a simplified '
+        'mesh (paper).', choices=('uniform', 'paper'))
+    cluster_mr: float = param(
+        2.0, "Cell of the simplified mesh (method 'paper').", unit='mr', low=0.5, high=20.0)
     spacing_mr: float = param(
         3.0, 'Minimum distance between two keypoints.', unit='mr', low=0.5, high=50.0)
     boundary_mr: float = param(
@@ -137,6 +142,9 @@ class RopsConfig(Group):
     convention: str = param(
         'author', 'Angles, axis order and normalisation of the toolbox followed.',
         choices=('author', 'pcl'))
+    loose_vertices: bool = param(
+        False, 'Vertices without a face (stray points) belong to supports too, as in both '
+        'toolboxes.')
 
 
 @dataclass(frozen=True, slots=True)
