@@ -12,6 +12,7 @@ from ros_rops.core.types import Floats, Ints, RangeView
 from ros_rops.recordings import npz, pcd, ply, text
 from ros_rops.recordings.cloud import Cloud, drop_holes, FormatError
 from ros_rops.recordings.files import kind_of, read_bytes, TEXT_SUFFIXES, VIEW_SUFFIXES
+from ros_rops.recordings.poses import stated_units
 from ros_rops.recordings.sensor import resolve_sensor
 from ros_rops.recordings.units import resolve_units
 
@@ -31,6 +32,14 @@ class NotedView:
     notes: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True, slots=True)
+class BadView:
+    """A view that cannot be read, by the name it would have had, and a sentence why."""
+
+    name: str
+    reason: str
+
+
 def read_view(
     path: str | os.PathLike[str], *, units: str = 'auto', sensor: str = 'auto'
 ) -> RangeView:
@@ -42,7 +51,7 @@ def read_view(
     path : path
         The suffix tells the kind, and the content must agree with it.
     units : {'auto', 'm', 'mm'}
-        'auto' infers them from the extent.
+        'auto' takes them from `reference_poses.json` beside the views, or from the extent.
     sensor : str
         'auto' infers it; 'pinhole', '+z', '-z', ..., 'unknown' state it (see `sensor`).
 
@@ -55,7 +64,8 @@ def read_view(
     Raises
     ------
     InputError
-        If the file is missing, unreadable, empty, truncated, of an unknown kind or mislabelled.
+        If the file is missing, unreadable, empty, truncated, of an unknown kind or mislabelled,
+        or the poses beside it are unsound.
     ParameterError
         If `units` or `sensor` is none of the choices.
     """
@@ -68,6 +78,8 @@ def read_view_noted(
     """Read a view as `read_view` does, and say what was inferred."""
     path = Path(path)
     cloud = _parse(path, read_bytes(path))
+    if units == 'auto':
+        units = stated_units(path) or 'auto'
     noted = finish(path.name, cloud, units=units, sensor=sensor)
     return replace(noted, notes=tuple(f'{path.name}: {note}' for note in noted.notes))
 

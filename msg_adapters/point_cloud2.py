@@ -1,0 +1,295 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+sensor_msgs/PointCloud2 to arrays and back, by attribute names only.
+
+The same code serves messages of rclpy, mcap and rosbags. Pixel (row v, column u) of an organized
+cloud lies at v * row_step + u * point_step: rows may be padded, fields come in any order.
+"""
+
+import array
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ros_rops.core.errors import InputError, ShapeError
+
+DATATYPES = {1: 'i1', 2: 'u1', 3: 'i2', 4: 'u2', 5: 'i4', 6: 'u4', 7: 'f4', 8: 'f8'}
+CODES = {kind: code for code, kind in DATATYPES.items()}
+PACKED = frozenset({5, 6, 7})
+"""Types whose four bytes may hold a packed colour."""
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """One field of a point, as in sensor_msgs/PointField."""
+
+    name: str
+    offset: int
+    datatype: int
+    count: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Where things are in the bytes of a message, checked against their number."""
+
+    height: int
+    width: int
+    point_step: int
+    row_step: int
+    order: str
+    fields: dict[str, Field]
+
+
+def decode(message: Any) -> tuple[NDArray[np.float64], NDArray[np.uint8] | None]:
+    """
+    Return the points, and the colours if there are any, of a PointCloud2.
+
+    Parameters
+    ----------
+    message : object
+        Has PointCloud2's attributes; `data` is anything with the buffer protocol, or a sequence
+        of bytes.
+
+    Returns
+    -------
+    xyz : (H, W, 3) or (N, 3) float64
+        Organized if `height` > 1; holes are NaN, as in the message.
+    rgb : (H, W, 3) or (N, 3) uint8, or None
+        From a packed `rgb` / `rgba` (float32 or uint32), or `r`, `g`, `b` bytes.
+
+    Raises
+    ------
+    InputError
+        If x, y or z is missing or sizes, offsets and the data contradict each other.
+    """
+    data = _bytes(_attribute(message, 'data'))
+    layout = _layout(message, len(data))
+    shape = (layout.height, layout.width) if layout.height > 1 else (layout.width,)
+    xyz = np.empty((layout.height, layout.width, 3))
+    for k, name in enumerate('xyz'):
+        if name not in layout.fields:
+            raise InputError(f'PointCloud2 has no field {name!r}')
+        xyz[..., k] = _channel(data, layout, layout.fields[name])
+    rgb = _colors(data, layout)
+    return xyz.reshape(*shape, 3), None if rgb is None else rgb.reshape(*shape, 3)
+
+
+def _attribute(message: Any, name: str) -> Any:
+    try:
+        return getattr(message, name)
+    except AttributeError:
+        raise InputError(f'message has no attribute {name!r}: no PointCloud2') from None
+
+
+def _whole(owner: Any, name: str) -> int:
+    value = _attribute(owner, name)
+    try:
+        whole = int(value)
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f'PointCloud2: {name} is {value!r}, no whole number') from None
+    if not 0 <= whole < 2**32:
+        raise InputError(f'PointCloud2: {name} is {whole}')
+    return whole
+
+
+def _bytes(data: Any) -> memoryview:
+    if isinstance(data, np.ndarray):
+        data = np.ascontiguousarray(data)
+    try:
+        view = memoryview(data)
+    except TypeError:
+        try:
+            view = memoryview(bytes(data))
+        except (TypeError, ValueError):
+            raise InputError('PointCloud2: data is no sequence of bytes') from None
+    try:
+        return view.cast('B')
+    except (TypeError, ValueError):
+        raise InputError('PointCloud2: data is no contiguous run of bytes') from None
+
+
+def _layout(message: Any, size: int) -> Layout:
+    height, width = _whole(message, 'height'), _whole(message, 'width')
+    point_step, row_step = _whole(message, 'point_step'), _whole(message, 'row_step')
+    order = '>' if _attribute(message, 'is_bigendian') else '<'
+    if height == 0 or width == 0:
+        height, width = min(height, 1), 0
+    row = width * point_step
+    if height == 1:
+        row_step = row  # one row has no step; drivers write all sorts of things there
+    if row_step < row:
+        raise InputError(f'PointCloud2: row_step {row_step} < width x point_step = {row}')
+    needed = (height - 1) * row_step + row if width else 0
+    if width and not point_step:
+        raise InputError('PointCloud2: point_step is 0')
+    if needed > size:
+        raise InputError(
+            f'PointCloud2: {size} bytes of data, {height} x {width} points need {needed}')
+    return Layout(height, width, point_step, row_step, order, _fields(message, point_step))
+
+
+def _fields(message: Any, point_step: int) -> dict[str, Field]:
+    fields = {}
+    try:
+        listed = list(_attribute(message, 'fields'))
+    except TypeError:
+        raise InputError('PointCloud2: fields is no sequence') from None
+    for item in listed:
+        name = str(_attribute(item, 'name'))
+        code = _whole(item, 'datatype')
+        field = Field(name, _whole(item, 'offset'), code, max(_whole(item, 'count'), 1))
+        if code not in DATATYPES:
+            if name in ('x', 'y', 'z'):
+                raise InputError(f'PointCloud2: field {name!r} has unknown datatype {code}')
+            continue
+        size = np.dtype(DATATYPES[code]).itemsize * field.count
+        if field.offset + size > point_step:
+            raise InputError(
+                f'PointCloud2: field {name!r} ends at byte {field.offset + size} of a point of '
+                f'{point_step}')
+        fields[name] = field
+    return fields
+
+
+def _channel(
+    data: memoryview, layout: Layout, field: Field, kind: str | None = None
+) -> NDArray[Any]:
+    """Return the (H, W) view of one field's first value, without a copy."""
+    if not layout.width:
+        return np.zeros((layout.height, 0))
+    return np.ndarray(
+        (layout.height, layout.width),
+        layout.order + (kind or DATATYPES[field.datatype]),
+        data,
+        field.offset,
+        (layout.row_step, layout.point_step),
+    )
+
+
+def _colors(data: memoryview, layout: Layout) -> NDArray[np.uint8] | None:
+    rgb = np.empty((layout.height, layout.width, 3), np.uint8)
+    packed = layout.fields.get('rgb', layout.fields.get('rgba'))
+    if packed is not None and packed.datatype in PACKED:
+        bits = _channel(data, layout, packed, 'u4').astype(np.uint32)
+        for k, shift in enumerate((16, 8, 0)):
+            rgb[..., k] = bits >> shift & 0xFF
+        return rgb
+    single = [layout.fields.get(name) for name in 'rgb']
+    if any(field is None or field.datatype != CODES['u1'] for field in single):
+        return None
+    for k, field in enumerate(single):
+        if field is not None:
+            rgb[..., k] = _channel(data, layout, field)
+    return rgb
+
+
+def encode(
+    xyz: NDArray[Any],
+    rgb: NDArray[np.uint8] | None = None,
+    extra: Mapping[str, NDArray[Any]] | None = None,
+) -> dict[str, Any]:
+    """
+    Return the values of a PointCloud2's attributes (all but `header`), little-endian.
+
+    Parameters
+    ----------
+    xyz : (H, W, 3) or (N, 3) float
+        Written as float32; NaN marks a hole.
+    rgb : same shape, uint8, or None
+        Written packed into a float32 `rgb`, as PCL and RViz expect it.
+    extra : mapping of str to (H, W) or (N,) arrays, or None
+        Further fields, each in its own type (float64 and integers of 1-4 bytes included).
+
+    Returns
+    -------
+    dict
+        `fields` are `Field`; `data` is an `array.array('B')`, which rclpy takes without a copy.
+
+    Raises
+    ------
+    ShapeError
+        If the shapes do not go together or a type has no PointField code.
+    """
+    if xyz.ndim not in (2, 3) or xyz.shape[-1] != 3:
+        raise ShapeError(f'xyz: expected (H, W, 3) or (N, 3), got {xyz.shape}')
+    height, width = xyz.shape[:2] if xyz.ndim == 3 else (1, len(xyz))
+    channels: dict[str, NDArray[Any]] = {
+        name: xyz[..., k].astype(np.float32) for k, name in enumerate('xyz')}
+    if rgb is not None:
+        if rgb.shape != xyz.shape or rgb.dtype != np.uint8:
+            raise ShapeError(f'rgb: expected {xyz.shape} uint8, got {rgb.shape} {rgb.dtype}')
+        wide = rgb.astype(np.uint32)
+        channels['rgb'] = (
+            wide[..., 0] << 16 | wide[..., 1] << 8 | wide[..., 2]).view(np.float32)
+    for name, values in (extra or {}).items():
+        if values.shape != xyz.shape[:-1] or values.dtype.str[1:] not in CODES:
+            raise ShapeError(f'{name}: expected {xyz.shape[:-1]}, got {values.shape} '
+                             f'{values.dtype}')
+        channels[name] = values
+    return _pack(channels, height, width, bool(np.isfinite(xyz).all()))
+
+
+def _pack(
+    channels: dict[str, NDArray[Any]], height: int, width: int, dense: bool
+) -> dict[str, Any]:
+    dtype = np.dtype([(name, '<' + v.dtype.str[1:]) for name, v in channels.items()])
+    points = np.empty(height * width, dtype)
+    for name, values in channels.items():
+        points[name] = values.reshape(-1)
+    data = array.array('B')
+    data.frombytes(points.view(np.uint8).data)
+    offsets = dtype.fields or {}
+    return {
+        'height': height,
+        'width': width,
+        'fields': [
+            Field(name, int(offsets[name][1]), CODES[v.dtype.str[1:]])
+            for name, v in channels.items()
+        ],
+        'is_bigendian': False,
+        'point_step': dtype.itemsize,
+        'row_step': dtype.itemsize * width,
+        'data': data,
+        'is_dense': dense,
+    }
+
+
+def fill(
+    message: Any,
+    make_field: Callable[[], Any],
+    xyz: NDArray[Any],
+    rgb: NDArray[np.uint8] | None = None,
+    extra: Mapping[str, NDArray[Any]] | None = None,
+) -> None:
+    """
+    Fill a message handed in, its `header` left alone.
+
+    Parameters
+    ----------
+    message : object
+        For example `sensor_msgs.msg.PointCloud2()`.
+    make_field : callable
+        Returns an empty field, for example `sensor_msgs.msg.PointField`.
+    xyz, rgb, extra
+        As for `encode`.
+
+    Raises
+    ------
+    ShapeError
+        As `encode`.
+    """
+    values = encode(xyz, rgb, extra)
+    fields = []
+    for field in values.pop('fields'):
+        item = make_field()
+        for name in ('name', 'offset', 'datatype', 'count'):
+            setattr(item, name, getattr(field, name))
+        fields.append(item)
+    message.fields = fields
+    for name, value in values.items():
+        setattr(message, name, value)

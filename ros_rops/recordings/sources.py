@@ -1,0 +1,137 @@
+
+"""From what a user names (folders, files, recordings) to views, one after the other."""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+import os
+from pathlib import Path
+
+from ros_rops.core.errors import InputError
+from ros_rops.recordings import mcap_reader
+from ros_rops.recordings.files import kind_of, natural_key, RECORDING_SUFFIXES, VIEW_SUFFIXES
+from ros_rops.recordings.reader import BadView, NotedView, read_view_noted
+
+Outcome = NotedView | BadView
+
+
+@dataclass(frozen=True, slots=True)
+class ViewFile:
+    """
+    One file that holds one view.
+
+    Parameters
+    ----------
+    path : Path
+    name : str
+        The view's name: the file's, behind its folder's where two files have the same.
+    """
+
+    path: Path
+    name: str
+
+    def count(self) -> int:
+        """Return the number of views: one."""
+        return 1
+
+    def views(self, *, units: str = 'auto', sensor: str = 'auto') -> Iterator[Outcome]:
+        """Yield the view, or a `BadView` if the file cannot be read."""
+        try:
+            noted = read_view_noted(self.path, units=units, sensor=sensor)
+        except InputError as error:
+            yield BadView(self.name, str(error))
+            return
+        yield replace(noted, view=replace(noted.view, name=self.name))
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """One MCAP recording that holds any number of views."""
+
+    path: Path
+
+    def count(self) -> int:
+        """
+        Return the number of views.
+
+        Raises
+        ------
+        InputError
+            If the file is no recording.
+        """
+        return mcap_reader.count_views(self.path)
+
+    def views(self, *, units: str = 'auto', sensor: str = 'auto') -> Iterator[Outcome]:
+        """Yield the views; a `BadView` for each that cannot be read, or for the whole file."""
+        try:
+            yield from mcap_reader.read_views(self.path, units=units, sensor=sensor)
+        except InputError as error:
+            yield BadView(self.path.name, str(error))
+
+
+ViewSource = ViewFile | Recording
+
+
+def find_views(inputs: Sequence[str | os.PathLike[str]]) -> list[ViewSource]:
+    """
+    Return where the views are, in the order named and in natural order within a folder.
+
+    Parameters
+    ----------
+    inputs : sequence of paths
+        Folders (with or without `views/` inside), view files, recordings (.mcap).
+
+    Returns
+    -------
+    list of ViewFile or Recording
+        Each yields its views when asked; nothing is read yet. A file named twice comes once.
+
+    Raises
+    ------
+    InputError
+        If a path does not exist, a folder cannot be read or holds no view, or a file is of an
+        unknown kind.
+    """
+    if not inputs:
+        raise InputError('no input named')
+    paths = [path for name in inputs for path in _expand(Path(name))]
+    unique = list({path.resolve(): path for path in paths}.values())
+    shared = Counter(path.name for path in unique)
+    return [_source(path, clashes=shared[path.name] > 1) for path in unique]
+
+
+def _source(path: Path, *, clashes: bool) -> ViewSource:
+    if _is_recording(path):
+        return Recording(path)
+    folder = path.resolve().parent
+    if folder.name == 'views':
+        folder = folder.parent
+    return ViewFile(path, f'{folder.name}/{path.name}' if clashes else path.name)
+
+
+def _is_recording(path: Path) -> bool:
+    return path.suffix.lower() in RECORDING_SUFFIXES
+
+
+def _expand(path: Path) -> list[Path]:
+    if path.is_dir():
+        return _expand_folder(path)
+    if not path.exists():
+        raise InputError(f'{path}: no such file or folder')
+    if kind_of(path) is None and not _is_recording(path):
+        known = ', '.join(sorted(VIEW_SUFFIXES | RECORDING_SUFFIXES))
+        raise InputError(f'{path}: no view file, its suffix is none of {known}')
+    return [path]
+
+
+def _expand_folder(folder: Path) -> list[Path]:
+    inner = folder / 'views'
+    try:
+        entries = list((inner if inner.is_dir() else folder).iterdir())
+    except OSError as error:
+        raise InputError(
+            f'{folder}: the folder cannot be read ({error.strerror or error})') from None
+    found = [p for p in entries if (kind_of(p) or _is_recording(p)) and p.is_file()]
+    if not found:
+        raise InputError(f'{folder}: holds no view file and no recording')
+    return sorted(found, key=lambda path: natural_key(path.name))
