@@ -17,12 +17,12 @@ CHUNK = 2_000_000
 class Camera:
     """A pinhole camera, z forward, x right, y down; lengths in pixels."""
 
-    width: int = 240
-    height: int = 180
-    fx: float = 285.0
-    fy: float = 285.0
-    cx: float = 119.5
-    cy: float = 89.5
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
 
     def rays(self) -> Floats:
         """Return the point at depth 1 behind every pixel, (H, W, 3)."""

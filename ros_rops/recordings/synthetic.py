@@ -61,6 +61,17 @@ class Model:
     name: str = ''
     units: Units = 'm'
 
+    @property
+    def middle(self) -> Floats:
+        """Middle of the bounding box, (3,)."""
+        middle: Floats = (self.vertices.min(axis=0) + self.vertices.max(axis=0)) / 2
+        return middle
+
+    @property
+    def radius(self) -> float:
+        """Radius of the sphere about the middle that holds all vertices."""
+        return float(np.linalg.norm(self.vertices - self.middle, axis=1).max())
+
 
 def render_view(
     model: Model,
@@ -224,11 +235,10 @@ def synthetic_views(
     """
     if count < 1 or pixels < 1:
         raise ParameterError(f'count, pixels: must be at least 1, got {count}, {pixels}')
-    middle = (model.vertices.min(axis=0) + model.vertices.max(axis=0)) / 2
-    radius = float(np.linalg.norm(model.vertices - middle, axis=1).max())
     focal = 1.05 * pixels  # the sphere around the model spans 0.7 of the image from 3 radii
     camera = Camera(pixels, pixels, focal, focal, (pixels - 1) / 2, (pixels - 1) / 2)
-    poses = hand_held_poses(middle, radius, count, np.random.default_rng([seed, 0]))
+    poses = hand_held_poses(
+        model.middle, model.radius, count, np.random.default_rng([seed, 0]))
     rng = np.random.default_rng([seed, 1])
     return [
         render_view(model, T, camera, noise=noise, noise_mr=noise_mr, rng=rng,
