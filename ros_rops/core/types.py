@@ -27,7 +27,7 @@ Units = Literal['m', 'mm', 'unknown']
 
 def frozen(array: NDArray, dtype: type) -> NDArray:
     """Return `array` as a read-only C-contiguous array of `dtype` (a copy if need be)."""
-    result = np.ascontiguousarray(array, dtype=dtype)
+    result: NDArray = np.ascontiguousarray(array, dtype=dtype)
     if result.flags.writeable:
         result = result.view()
         result.flags.writeable = False
@@ -65,7 +65,7 @@ class SensorModel:
 
     def to_sensor(self, points: Floats) -> Floats:
         """
-        Unit vectors from `points` (N, 3) towards the sensor.
+        Return unit vectors from `points` (N, 3) towards the sensor.
 
         For an unknown sensor the vectors are -`direction`, which only orients normals.
         """
