@@ -14,7 +14,7 @@ KERNELS := $(wildcard ros_rops/kernels/src/*.cpp ros_rops/kernels/src/*.hpp)
 SETUP := setup.py pyproject.toml .ci/make_venv
 CODE := ros_rops setup.py test .ci/generate.py $(wildcard msg_adapters launch)
 
-.PHONY: help demo test lint types pytest generate clean
+.PHONY: help demo test lint format types pytest generate clean
 help:
 	@sed -n 's/^# //p' Makefile | head -3
 
@@ -25,6 +25,9 @@ test: lint types pytest
 
 lint: $(VENV)/.ready-test
 	$(BIN)/ruff check $(CODE)
+
+format: $(VENV)/.ready-test
+	$(BIN)/ruff check --select I --fix $(CODE)
 
 types: $(VENV)/.ready-test
 	$(BIN)/mypy

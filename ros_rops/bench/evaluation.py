@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from scipy.spatial import cKDTree
-
 from ros_rops.bench.truth import ReferenceSet
 from ros_rops.core.types import Floats
+from scipy.spatial import cKDTree
 
 OVERLAP_DRES = 2.0
 EVALUATED_OVERLAP = 0.10

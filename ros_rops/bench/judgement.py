@@ -95,8 +95,8 @@ def _mean_transform(transforms: Sequence[Floats], T_object_view: Sequence[Floats
     """Mean rotation (chordal) and, given it, the least squares shift at the views' centroids."""
     u, _, vt = np.linalg.svd(sum(T[:3, :3] for T in transforms))
     rotation = u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
-    mapped = [T[:3, :3] @ c + T[:3, 3] for T, c in zip(T_object_view, centroids)]
-    wanted = [T[:3, :3] @ c + T[:3, 3] for T, c in zip(T_world_view, centroids)]
+    mapped = [T[:3, :3] @ c + T[:3, 3] for T, c in zip(T_object_view, centroids, strict=True)]
+    wanted = [T[:3, :3] @ c + T[:3, 3] for T, c in zip(T_world_view, centroids, strict=True)]
     result = np.eye(4)
     result[:3, :3] = rotation
     result[:3, 3] = np.mean(wanted, axis=0) - rotation @ np.mean(mapped, axis=0)
@@ -111,13 +111,14 @@ class _Group:
         self.truths = truths
         # Each view alone says where the object's frame lies in the world.
         self.votes = [
-            t.T_world_view @ np.linalg.inv(T) for t, T in zip(truths, self.T_object_view)
+            t.T_world_view @ np.linalg.inv(T)
+            for t, T in zip(truths, self.T_object_view, strict=True)
         ]
 
     def errors(self, T_world_object: Floats) -> list[PairErrors]:
         return [
             pair_errors(T_world_object @ T, t.T_world_view, t.centroid, t.dres)
-            for T, t in zip(self.T_object_view, self.truths)
+            for T, t in zip(self.T_object_view, self.truths, strict=True)
         ]
 
     def mean(self, members: Sequence[int]) -> Floats:
@@ -192,7 +193,7 @@ def judge(placements: Mapping[str, Placement], truth: Mapping[str, ViewTruth]) -
     errors: dict[str, PairErrors] = {}
     for names in groups.values():
         group = _Group([placements[n] for n in names], [truth[n] for n in names])
-        errors.update(zip(names, group.errors(group.align())))
+        errors.update(zip(names, group.errors(group.align()), strict=True))
     labels = list(dict.fromkeys(t.label for t in truth.values()))
     of_label = {
         label: [name for name in truth if truth[name].label == label] for label in labels

@@ -15,9 +15,8 @@ import itertools
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
-
 from ros_rops.core.errors import ShapeError
+from scipy.spatial import cKDTree
 
 STRIDE = 11
 NEAR_DRES = 2.0

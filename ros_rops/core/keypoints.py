@@ -3,12 +3,11 @@
 """Feature points of a range view's mesh (Guo et al. 2014, III-A; METHOD 2)."""
 
 import numpy as np
-from scipy.spatial import cKDTree
-
 from ros_rops.core.config import KeypointConfig, LrfConfig
 from ros_rops.core.lrf import compute_lrfs
 from ros_rops.core.types import Bools, Floats, Ints, RangeMesh
 from ros_rops.kernels.features import thin
+from scipy.spatial import cKDTree
 
 
 def detect_keypoints(

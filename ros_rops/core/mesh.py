@@ -5,12 +5,11 @@
 import math
 
 import numpy as np
-from scipy.spatial import Delaunay, QhullError
-
 from ros_rops.core.config import MeshConfig
 from ros_rops.core.errors import ViewError
 from ros_rops.core.types import Floats, frozen, Ints, RangeMesh, RangeView, SensorModel
 from ros_rops.kernels.mesh import grid_triangles, mesh_from_triangles
+from scipy.spatial import Delaunay, QhullError
 
 _FEWEST_POINTS = 3
 
@@ -99,7 +98,7 @@ def _candidates(view: RangeView) -> Ints:
     if len(uv) < _FEWEST_POINTS:
         raise ViewError(f'view {view.name!r}: {len(uv)} points lie in front of the sensor')
     try:
-        simplices = Delaunay(uv).simplices
+        simplices: Ints = Delaunay(uv).simplices
     except QhullError:
         raise ViewError(
             f'view {view.name!r}: its points coincide or lie on a line as the sensor sees them'

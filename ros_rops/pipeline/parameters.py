@@ -10,10 +10,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 import re
 
-import yaml
-
 from ros_rops.core.config import Config, describe, ParameterInfo, Scalar
 from ros_rops.core.errors import ParameterError
+import yaml
 
 # What a node declares by itself, and `ros2 param dump` therefore writes.
 _OF_ROS = ('use_sim_time', 'start_type_description_service', 'qos_overrides')

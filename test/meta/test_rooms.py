@@ -22,7 +22,7 @@ ALLOWED = {
 ROS = ('rclpy', 'sensor_msgs', 'geometry_msgs', 'std_msgs', 'tf2_ros', 'visualization_msgs',
        'diagnostic_msgs', 'launch', 'launch_ros', 'ament_index_python')
 FILES_AND_WINDOWS = (
-    'os', 'pathlib', 'io', 'matplotlib', 'open3d', 'subprocess', 'tempfile', 'time')
+    'pathlib', 'io', 'matplotlib', 'open3d', 'subprocess', 'tempfile', 'time')
 
 
 def _below(module: str, packages: tuple[str, ...]) -> bool:

@@ -104,7 +104,7 @@ def test_far_from_the_origin_nothing_changes():
     assert far.resolution == pytest.approx(near.resolution, rel=1e-6)
 
 
-@pytest.mark.parametrize('points, message', [
+@pytest.mark.parametrize(('points', 'message'), [
     (np.zeros((0, 3)), '0 points'),
     (np.eye(3)[:2], '2 points'),
     (np.zeros((50, 3)), 'coincide'),

@@ -4,11 +4,15 @@
 
 from hypothesis import given, strategies
 import pytest
-
 from ros_rops.core.config import Config, describe
 from ros_rops.core.errors import ParameterError
 from ros_rops.pipeline.parameters import (
-    dump_config, load_config, parse_assignments, parse_parameters, scalar_text)
+    dump_config,
+    load_config,
+    parse_assignments,
+    parse_parameters,
+    scalar_text,
+)
 import yaml
 
 

@@ -55,7 +55,7 @@ def test_common_frame_is_free():
     assert first == pytest.approx(np.sqrt(0.14) / 2, rel=0.05)
 
 
-@pytest.mark.parametrize('poses, dres', [
+@pytest.mark.parametrize(('poses', 'dres'), [
     ([np.eye(4)], 1.0), ([np.eye(4), np.eye(3)], 1.0), ([np.eye(4)] * 2, 0.0),
     ([np.eye(4)] * 2, float('nan')),
 ])

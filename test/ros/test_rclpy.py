@@ -1,0 +1,82 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""Real rclpy: a cloud through the wire format and through a topic. Truth: what was sent."""
+
+import array
+import time
+
+import numpy as np
+import pytest
+
+rclpy = pytest.importorskip('rclpy', reason='no rclpy on this platform')
+from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+from rclpy.serialization import deserialize_message, serialize_message  # noqa: E402
+from sensor_msgs.msg import PointCloud2, PointField  # noqa: E402
+
+HEIGHT, WIDTH, STEP, PADDING = 3, 5, 16, 8
+
+
+def _pixels() -> np.ndarray:
+    pixels = np.arange(HEIGHT * WIDTH * 3, dtype='<f4').reshape(HEIGHT, WIDTH, 3) + 0.25
+    pixels[1, 2] = np.nan
+    return pixels
+
+
+def _cloud() -> PointCloud2:
+    """Return an organized cloud with a hole, unused bytes in each point and padded rows."""
+    rows = np.zeros((HEIGHT, WIDTH * STEP + PADDING), np.uint8)
+    rows[:, :WIDTH * STEP].reshape(HEIGHT, WIDTH, STEP)[..., :12] = _pixels().view(np.uint8)
+    data = array.array('B')
+    data.frombytes(rows.tobytes())
+    message = PointCloud2(
+        height=HEIGHT, width=WIDTH, is_bigendian=False, is_dense=False, point_step=STEP,
+        row_step=WIDTH * STEP + PADDING, data=data,
+        fields=[
+            PointField(name=axis, offset=4 * i, datatype=PointField.FLOAT32, count=1)
+            for i, axis in enumerate('xyz')])
+    message.header.frame_id = 'camera'
+    message.header.stamp.sec = 7
+    return message
+
+
+def test_fields_are_checked():
+    with pytest.raises(AssertionError):
+        PointCloud2().height = 1.5
+
+
+def test_cloud_survives_the_wire_format():
+    sent = _cloud()
+    assert deserialize_message(serialize_message(sent), PointCloud2) == sent
+
+
+def test_adapter_reads_a_real_cloud():
+    adapter = pytest.importorskip('msg_adapters.point_cloud2', reason='no adapter yet')
+    message = deserialize_message(serialize_message(_cloud()), PointCloud2)
+    view = adapter.view_from_cloud(message, 'one')
+    finite = np.isfinite(_pixels()).all(axis=2)
+    assert view.grid.shape == (HEIGHT, WIDTH)
+    np.testing.assert_array_equal(view.grid >= 0, finite)
+    np.testing.assert_array_equal(view.points[view.grid[finite]], _pixels()[finite])
+    assert (view.frame_id, view.stamp_ns) == ('camera', 7_000_000_000)
+
+
+def test_cloud_goes_through_a_topic():
+    rclpy.init()
+    node = rclpy.create_node('ros_rops_test')
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    received = []
+    node.create_subscription(PointCloud2, 'views', received.append, 10)
+    publisher = node.create_publisher(PointCloud2, 'views', 10)
+    try:
+        deadline = time.monotonic() + 20.0
+        while publisher.get_subscription_count() == 0 and time.monotonic() < deadline:
+            executor.spin_once(timeout_sec=0.05)
+        publisher.publish(_cloud())
+        while not received and time.monotonic() < deadline:
+            executor.spin_once(timeout_sec=0.05)
+    finally:
+        executor.shutdown()
+        node.destroy_node()
+        rclpy.try_shutdown()
+    assert received == [_cloud()]
