@@ -26,6 +26,8 @@ using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using Ints = py::array_t<std::int32_t, py::array::c_style | py::array::forcecast>;
 using Floats = py::array_t<float, py::array::c_style>;
 
+constexpr double kCellsPerRadius = 3;
+
 struct Job {
   const double* vertices;
   const double* normals;
@@ -86,7 +88,7 @@ void run_all(const Job& job, const rops::SortedMesh& mesh, const rops::Conventio
   constexpr std::size_t kChunk = 8;
   std::atomic<std::size_t> next{0};
   const auto work = [&] {
-    rops::Support support(mesh.cells.order.size());
+    rops::Support support(mesh.cells.order.size(), mesh.faces.size());
     for (std::size_t begin; (begin = next.fetch_add(kChunk)) < job.count;)
       for (std::size_t i = begin; i < std::min(begin + kChunk, job.count); ++i)
         run_one(job, mesh, convention, turn[i], support);
@@ -127,8 +129,8 @@ py::tuple features(const Doubles& vertices, const Ints& faces, const Doubles& no
   const std::int32_t* triangles = faces.data();
   {
     py::gil_scoped_release release;
-    const rops::SortedMesh mesh(job.vertices, vertex_count, triangles, face_count, radius / 3,
-                                touching, loose);
+    const rops::SortedMesh mesh(job.vertices, vertex_count, triangles, face_count,
+                                radius / kCellsPerRadius, touching, loose);
     run_all(job, mesh, convention, threads);
   }
   return py::make_tuple(lrfs, values, descriptors);

@@ -31,6 +31,7 @@ class Rows {
         data_(static_cast<double*>(
             ::operator new(rows * stride_ * sizeof(double), std::align_val_t{sizeof(Lanes)}))) {}
   double* operator[](std::size_t row) { return data_.get() + row * stride_; }
+  const double* operator[](std::size_t row) const { return data_.get() + row * stride_; }
 
  private:
   struct Free {

@@ -3,6 +3,8 @@
 // A mesh sorted for support queries, and what one keypoint's support says of its frame.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -17,34 +19,33 @@ struct SortedMesh {
   SortedMesh(const double* points, std::size_t vertices, const std::int32_t* faces,
              std::size_t count, double cell, bool every_corner_owns, bool loose);
 
-  struct Face {
-    std::int32_t corner[3];  // sorted vertices; corner[0] owns
-    double area;  // twice the area
-    double centroid[3];
-    double spread[6];  // 1/12 of the sum over the corners of (p - centroid)(p - centroid)^T
-  };
+  using Corners = std::array<std::int32_t, 3>;  // sorted vertices, the owner first
+  // Rows of `measures`; the spread (six rows) is 1/12 of the sum over the corners of
+  // (p - centroid)(p - centroid)^T, the area is doubled.
+  enum Row { kArea, kCentroid, kSpread = kCentroid + 3, kRows = kSpread + 6 };
 
   Cells cells;
   std::vector<double> x, y, z;
   std::vector<std::size_t> first;  // faces of sorted vertex i: first[i] .. first[i + 1]
-  std::vector<Face> faces;
+  std::vector<Corners> faces;
   std::vector<std::int32_t> rank;  // vertex -> sorted vertex, -1 where left out
+  Rows measures;
 };
 
 // Scratch of one thread. Coordinates are relative to the keypoint.
 struct Support {
-  explicit Support(std::size_t vertices)
-      : offsets(3, vertices), local(3, vertices), turned(2, vertices), members(vertices + kLanes),
-        stamp(vertices, 0), fixed_bins(vertices + kLanes), bins(vertices + kLanes) {}
+  Support(std::size_t vertices, std::size_t faces)
+      : offsets(3, vertices), local(3, vertices), turned(2, vertices), areas(1, faces),
+        members(vertices + kLanes), inside(vertices, 0), fixed_bins(vertices + kLanes),
+        bins(vertices + kLanes) {}
 
-  Rows offsets, local, turned;
+  Rows offsets, local, turned, areas;
   std::vector<std::int32_t> members;
-  std::vector<std::uint32_t> stamp;
+  std::vector<char> inside;  // 1 for members
+  std::vector<std::array<std::size_t, 2>> runs;  // of sorted vertices, what may be inside
   std::vector<std::int32_t> fixed_bins, bins;
-  std::vector<std::int32_t> inside;  // faces
   std::vector<std::uint32_t> table;
   std::size_t size = 0;
-  std::uint32_t serial = 0;
 };
 
 struct Covariance {
