@@ -7,6 +7,7 @@ namespace rops {
 void bind_mesh(pybind11::module_& m);
 void bind_features(pybind11::module_& m);
 void bind_verification(pybind11::module_& m);
+void bind_fine(pybind11::module_& m);
 }  // namespace rops
 
 PYBIND11_MODULE(_kernels, m) {
@@ -14,4 +15,5 @@ PYBIND11_MODULE(_kernels, m) {
   rops::bind_mesh(m);
   rops::bind_features(m);
   rops::bind_verification(m);
+  rops::bind_fine(m);
 }

@@ -1,0 +1,328 @@
+// Copyright 2026 The ros_rops authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Matches between the views of one shape and the normal equations of their joint registration
+// (Guo et al. 2014, IV-B). Each ordered pair of views is one task with its own sums, so the
+// result does not depend on the number of threads.
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <atomic>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <thread>
+#include <vector>
+
+#include "surface.hpp"
+
+namespace py = pybind11;
+
+namespace rops {
+namespace {
+
+using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
+using Indices = py::array_t<std::int32_t, py::array::c_style | py::array::forcecast>;
+using Flags = py::array_t<bool, py::array::c_style | py::array::forcecast>;
+
+void in_parallel(std::size_t tasks, int threads, const std::function<void(std::size_t)>& work) {
+  const std::size_t most = threads > 0 ? threads : std::max(1u, std::thread::hardware_concurrency());
+  std::atomic<std::size_t> next{0};
+  auto loop = [&] {
+    for (std::size_t t = next++; t < tasks; t = next++) work(t);
+  };
+  std::vector<std::thread> pool;
+  for (std::size_t t = 1; t < std::min(most, tasks); ++t) pool.emplace_back(loop);
+  loop();
+  for (auto& thread : pool) thread.join();
+}
+
+// Eigenvector of the smallest eigenvalue of a symmetric 3x3 matrix (xx xy xz yy yz zz).
+Vec3 smallest_direction(const std::array<double, 6>& m, double* value) {
+  const double q = (m[0] + m[3] + m[5]) / 3.0;
+  const double off = m[1] * m[1] + m[2] * m[2] + m[4] * m[4];
+  const double p2 =
+      (m[0] - q) * (m[0] - q) + (m[3] - q) * (m[3] - q) + (m[5] - q) * (m[5] - q) + 2.0 * off;
+  const double p = std::sqrt(p2 / 6.0);
+  *value = q;
+  if (!(p > 1e-12 * std::abs(q))) return {0.0, 0.0, 0.0};
+  const Vec3 a = {m[0] - q, m[1], m[2]}, b = {m[1], m[3] - q, m[4]}, c = {m[2], m[4], m[5] - q};
+  const double r = std::min(1.0, std::max(-1.0, dot(a, cross(b, c)) / (2.0 * p * p * p)));
+  *value = q + 2.0 * p * std::cos(std::acos(r) / 3.0 + 2.0943951023931953);
+  const Vec3 x = {m[0] - *value, m[1], m[2]}, y = {m[1], m[3] - *value, m[4]},
+             z = {m[2], m[4], m[5] - *value};
+  Vec3 best = {0.0, 0.0, 0.0};
+  double length = 0.0;
+  for (const Vec3& v : {cross(x, y), cross(y, z), cross(z, x)})
+    if (dot(v, v) > length) {
+      length = dot(v, v);
+      best = v;
+    }
+  for (double& e : best) e /= std::sqrt(length > 0.0 ? length : 1.0);
+  return best;
+}
+
+struct Pose {
+  std::array<double, 9> r;
+  Vec3 t;
+  static Pose from(const double* m) {
+    return {{m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]}, {m[3], m[7], m[11]}};
+  }
+  Vec3 turn(const Vec3& v) const {
+    return {r[0] * v[0] + r[1] * v[1] + r[2] * v[2], r[3] * v[0] + r[4] * v[1] + r[5] * v[2],
+            r[6] * v[0] + r[7] * v[1] + r[8] * v[2]};
+  }
+  Vec3 apply(const Vec3& v) const {
+    const Vec3 u = turn(v);
+    return {u[0] + t[0], u[1] + t[1], u[2] + t[2]};
+  }
+  Vec3 undo(const Vec3& v) const {
+    const Vec3 u = minus(v, t);
+    return {r[0] * u[0] + r[3] * u[1] + r[6] * u[2], r[1] * u[0] + r[4] * u[1] + r[7] * u[2],
+            r[2] * u[0] + r[5] * u[1] + r[8] * u[2]};
+  }
+};
+
+// On the rim of a surface the weighted mean of the neighbours lies 0.34 support to the side; a
+// flagged vertex whose neighbours surround it is a small hole, or noise that cost it its faces.
+constexpr double kRimOffset = 0.15;
+
+// One view: points by cell; `normals` and `usable` follow that order.
+struct Surface {
+  CellHash hash;
+  std::vector<Vec3> normals;
+  std::vector<char> usable;
+  std::vector<double> thickness;
+  std::vector<std::int32_t> rank;  // original index -> sorted index
+
+  Surface(const double* xyz, std::size_t n, double cell)
+      : hash(xyz, n, cell), normals(n), usable(n), thickness(n), rank(n) {
+    for (std::size_t k = 0; k < n; ++k) rank[hash.original(k)] = static_cast<std::int32_t>(k);
+  }
+
+  // Plane fitted to the neighbours within `support` of each point of cell c, weights falling to
+  // zero there; turned to the side of the normal handed in. All points of a cell share one
+  // gathering of neighbours.
+  void fit_cell(std::size_t c, double support, const double* given, const bool* boundary) {
+    const auto begin = hash.cell_begin(c), end = hash.cell_begin(c + 1);
+    const auto home = hash.cell_of(hash.point(begin));
+    const std::int64_t reach = static_cast<std::int64_t>(std::ceil(support / hash.cell_size()));
+    std::vector<std::int32_t> near;
+    for (std::int64_t x = -reach; x <= reach; ++x)
+      for (std::int64_t y = -reach; y <= reach; ++y)
+        for (std::int64_t z = -reach; z <= reach; ++z) {
+          const auto [from, to] = hash.range({home[0] + x, home[1] + y, home[2] + z});
+          for (auto k = from; k < to; ++k) near.push_back(k);
+        }
+    for (auto k = begin; k < end; ++k) fit_point(k, near, support, given, boundary);
+  }
+
+  void fit_point(std::int32_t k, const std::vector<std::int32_t>& near, double support,
+                 const double* given, const bool* boundary) {
+    const Vec3& p = hash.point(k);
+    const std::size_t i = hash.original(k);
+    const Vec3 side = {given[3 * i], given[3 * i + 1], given[3 * i + 2]};
+    double sum = 0.0;
+    int count = 0;
+    Vec3 mean = {0.0, 0.0, 0.0};
+    std::array<double, 6> m{};
+    for (const auto o : near) {
+      const Vec3 d = minus(hash.point(o), p);
+      const double part = 1.0 - dot(d, d) / (support * support);
+      if (part <= 0.0) continue;
+      ++count;
+      sum += part;
+      int e = 0;
+      for (int a = 0; a < 3; ++a) {
+        mean[a] += part * d[a];
+        for (int b = a; b < 3; ++b) m[e++] += part * d[a] * d[b];
+      }
+    }
+    int e = 0;
+    for (int a = 0; a < 3; ++a) mean[a] /= sum;
+    for (int a = 0; a < 3; ++a)
+      for (int b = a; b < 3; ++b, ++e) m[e] = m[e] / sum - mean[a] * mean[b];
+    double value = 0.0;
+    Vec3 normal = smallest_direction(m, &value);
+    const double along = dot(normal, side);
+    if (along < 0.0) normal = {-normal[0], -normal[1], -normal[2]};
+    normals[k] = normal;
+    thickness[k] = std::sqrt(std::max(value, 0.0));
+    const double rise = dot(mean, normal);
+    const double aside = std::sqrt(std::max(0.0, dot(mean, mean) - rise * rise));
+    const bool rim = boundary[i] && aside > kRimOffset * support;
+    usable[k] = count >= 6 && along != 0.0 && !rim;
+  }
+};
+
+struct Rule {
+  double radius;
+  double min_cos;
+};
+
+// What one ordered pair of views adds: 6x6 (upper triangle), 6, and the statistics.
+struct Sums {
+  std::array<double, 21> a{};
+  std::array<double, 6> b{};
+  std::array<double, 5> s{};  // tried, within the radius, used, sum of |r|, sum of weights
+};
+
+class Surfaces {
+ public:
+  Surfaces(const std::vector<Doubles>& points, const std::vector<Doubles>& normals,
+           const std::vector<Flags>& boundary, double cell, double support, int threads) {
+    views_.resize(points.size());
+    std::vector<const double*> xyz, given;
+    std::vector<const bool*> rim;
+    std::vector<std::size_t> sizes;
+    for (std::size_t v = 0; v < points.size(); ++v) {
+      xyz.push_back(points[v].data());
+      given.push_back(normals[v].data());
+      rim.push_back(boundary[v].data());
+      sizes.push_back(points[v].shape(0));
+    }
+    py::gil_scoped_release release;
+    in_parallel(views_.size(), threads, [&](std::size_t v) {
+      views_[v] = std::make_unique<Surface>(xyz[v], sizes[v], cell);
+    });
+    constexpr std::size_t kBlock = 256;
+    std::vector<std::pair<std::size_t, std::size_t>> blocks;
+    for (std::size_t v = 0; v < views_.size(); ++v)
+      for (std::size_t c = 0; c < views_[v]->hash.cell_count(); c += kBlock) blocks.push_back({v, c});
+    in_parallel(blocks.size(), threads, [&](std::size_t t) {
+      const auto [v, first] = blocks[t];
+      const std::size_t last = std::min(first + kBlock, views_[v]->hash.cell_count());
+      for (std::size_t c = first; c < last; ++c)
+        views_[v]->fit_cell(c, support, given[v], rim[v]);
+    });
+  }
+
+  py::tuple planes(std::size_t v) const {
+    const Surface& s = *views_.at(v);
+    const py::ssize_t n = s.hash.size();
+    Doubles normals({n, py::ssize_t(3)}), thickness(n);
+    Flags usable(n);
+    for (py::ssize_t i = 0; i < n; ++i) {
+      const auto k = s.rank[i];
+      for (int a = 0; a < 3; ++a) normals.mutable_at(i, a) = s.normals[k][a];
+      thickness.mutable_at(i) = s.thickness[k];
+      usable.mutable_at(i) = s.usable[k];
+    }
+    return py::make_tuple(normals, thickness, usable);
+  }
+
+  // Indices of the samples of view i that are matched, and of their partners in view j.
+  py::tuple match(std::size_t i, std::size_t j, const Indices& samples, const Doubles& pose_i,
+                  const Doubles& pose_j, double radius, double min_cos) const {
+    const Pose ti = Pose::from(pose_i.data()), tj = Pose::from(pose_j.data());
+    std::vector<std::int32_t> from, to;
+    const Surface &s = *views_.at(i), &t = *views_.at(j);
+    for (py::ssize_t n = 0; n < samples.size(); ++n) {
+      const auto k = s.rank[samples.data()[n]];
+      bool near = false;
+      const auto found = partner(s, t, k, ti, tj, {radius, min_cos}, &near);
+      if (found < 0) continue;
+      from.push_back(samples.data()[n]);
+      to.push_back(t.hash.original(found));
+    }
+    return py::make_tuple(Indices(from.size(), from.data()), Indices(to.size(), to.data()));
+  }
+
+  py::tuple normal_equations(const Indices& pairs, const std::vector<Indices>& samples,
+                             const Doubles& poses, const Doubles& centre, double radius,
+                             double min_cos, double soft, int threads) const {
+    const py::ssize_t count = pairs.shape(0);
+    std::vector<Pose> placed;
+    for (std::size_t v = 0; v < views_.size(); ++v)
+      placed.push_back(Pose::from(poses.data() + 16 * v));
+    std::vector<std::pair<const std::int32_t*, std::size_t>> chosen;
+    for (const auto& s : samples) chosen.push_back({s.data(), s.size()});
+    const Vec3 middle = {centre.data()[0], centre.data()[1], centre.data()[2]};
+    std::vector<Sums> sums(count);
+    {
+      py::gil_scoped_release release;
+      in_parallel(count, threads, [&](std::size_t p) {
+        const std::size_t i = pairs.data()[2 * p], j = pairs.data()[2 * p + 1];
+        sums[p] = add_pair(i, j, chosen[i], placed[i], placed[j], middle, {radius, min_cos}, soft);
+      });
+    }
+    Doubles a({count, py::ssize_t(6), py::ssize_t(6)}), b({count, py::ssize_t(6)}),
+        s({count, py::ssize_t(5)});
+    for (py::ssize_t p = 0; p < count; ++p) {
+      int e = 0;
+      for (int x = 0; x < 6; ++x)
+        for (int y = x; y < 6; ++y, ++e)
+          a.mutable_at(p, x, y) = a.mutable_at(p, y, x) = sums[p].a[e];
+      for (int x = 0; x < 6; ++x) b.mutable_at(p, x) = sums[p].b[x];
+      for (int x = 0; x < 5; ++x) s.mutable_at(p, x) = sums[p].s[x];
+    }
+    return py::make_tuple(a, b, s);
+  }
+
+ private:
+  static std::int32_t partner(const Surface& s, const Surface& t, std::int32_t k, const Pose& ti,
+                              const Pose& tj, const Rule& rule, bool* near) {
+    const auto [found, squared] = t.hash.nearest(tj.undo(ti.apply(s.hash.point(k))), rule.radius);
+    *near = found >= 0;
+    if (found < 0 || !t.usable[found]) return -1;
+    const double cosine = dot(ti.turn(s.normals[k]), tj.turn(t.normals[found]));
+    return cosine >= rule.min_cos ? found : -1;
+  }
+
+  // Symmetric point-to-plane distance r = n.(x - y), n between the two normals (Rusinkiewicz
+  // 2019): unlike the plane of one side it is exact to second order on a curved surface. A
+  // motion (w, v) of view i about the middle changes r by [(m - middle) x n, n].(w, v), m the
+  // midpoint of x and y; the same motion of view j by the negative.
+  Sums add_pair(std::size_t i, std::size_t j, const std::pair<const std::int32_t*, std::size_t>& chosen,
+                const Pose& ti, const Pose& tj, const Vec3& middle, const Rule& rule,
+                double soft) const {
+    Sums sums;
+    const Surface &s = *views_[i], &t = *views_[j];
+    for (std::size_t n = 0; n < chosen.second; ++n) {
+      const auto k = s.rank[chosen.first[n]];
+      sums.s[0] += 1.0;
+      bool near = false;
+      const auto found = partner(s, t, k, ti, tj, rule, &near);
+      sums.s[1] += near;
+      if (found < 0) continue;
+      const Vec3 x = ti.apply(s.hash.point(k)), y = tj.apply(t.hash.point(found));
+      const Vec3 u = ti.turn(s.normals[k]), v = tj.turn(t.normals[found]);
+      Vec3 normal = {u[0] + v[0], u[1] + v[1], u[2] + v[2]};
+      const double length = std::sqrt(dot(normal, normal));
+      for (double& e : normal) e /= length;
+      const Vec3 d = minus(x, y);
+      const double r = dot(normal, d);
+      const double taper = std::max(0.0, 1.0 - dot(d, d) / (rule.radius * rule.radius));
+      const double weight = taper * taper * soft / std::sqrt(r * r + soft * soft);
+      const Vec3 arm = {0.5 * (x[0] + y[0]) - middle[0], 0.5 * (x[1] + y[1]) - middle[1],
+                        0.5 * (x[2] + y[2]) - middle[2]};
+      const Vec3 w = cross(arm, normal);
+      const std::array<double, 6> row = {w[0], w[1], w[2], normal[0], normal[1], normal[2]};
+      int e = 0;
+      for (int a = 0; a < 6; ++a) {
+        sums.b[a] += weight * r * row[a];
+        for (int b = a; b < 6; ++b) sums.a[e++] += weight * row[a] * row[b];
+      }
+      sums.s[2] += 1.0;
+      sums.s[3] += std::abs(r);
+      sums.s[4] += weight;
+    }
+    return sums;
+  }
+
+  std::vector<std::unique_ptr<Surface>> views_;
+};
+
+}  // namespace
+
+void bind_fine(py::module_& m) {
+  py::class_<Surfaces>(m, "Surfaces")
+      .def(py::init<const std::vector<Doubles>&, const std::vector<Doubles>&,
+                    const std::vector<Flags>&, double, double, int>())
+      .def("planes", &Surfaces::planes)
+      .def("match", &Surfaces::match)
+      .def("normal_equations", &Surfaces::normal_equations);
+}
+
+}  // namespace rops
