@@ -3,6 +3,7 @@
 """The rows of one PLY element, scalars and lists, from numbers (ASCII) or bytes (binary)."""
 
 from dataclasses import dataclass
+import struct
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -60,7 +61,12 @@ def read_rows(
         regular = _regular_lists(element, order, source, start)
         if regular is not None:
             return regular
-    return _walk(element, order, source, start)
+        if isinstance(source, bytes):
+            return _byte_lists(element, order, source, start)
+        return _number_lists(element, source, start)
+    if isinstance(source, bytes):
+        return _walk_bytes(element, order, source, start)
+    return _walk_numbers(element, source, start)
 
 
 def _no_rows(prop: 'Property') -> Column:
@@ -143,13 +149,60 @@ def _regular_lists(
     return {prop.name: ListColumn(lengths, values.reshape(-1))}, stop
 
 
-def _walk(
-    element: 'Element', order: str, source: bytes | NDArray[np.float64], start: int
+def _number_lists(
+    element: 'Element', source: NDArray[np.float64], start: int
 ) -> tuple[dict[str, Column], int]:
-    """Read rows of differing size one after the other."""
-    if isinstance(source, bytes):
+    """Read rows of one list each (a range grid): find where they start, then gather."""
+    prop = element.properties[0]
+    with np.errstate(invalid='ignore'):
+        steps = source[start:].astype(np.int64)
+    heads = _heads(steps.tolist(), element, 1, 1)
+    lengths = steps[heads]
+    if (lengths < 0).any() or (lengths != source[start + heads]).any():
+        raise FormatError('has a list whose length is no whole number')
+    stop = int(heads[-1] + 1 + lengths[-1])
+    if stop > len(steps):
+        raise _truncated(element)
+    inside = np.ones(stop, dtype=bool)
+    inside[heads] = False
+    values = _typed(source[start:start + stop][inside], prop.dtype)
+    return {prop.name: ListColumn(lengths, values)}, start + stop
+
+
+def _byte_lists(
+    element: 'Element', order: str, source: bytes, start: int
+) -> tuple[dict[str, Column], int]:
+    """Read rows of one list each from bytes; long and signed lengths take the slower way."""
+    prop = element.properties[0]
+    if prop.length != 'u1':
         return _walk_bytes(element, order, source, start)
-    return _walk_numbers(element, source, start)
+    size = _size(prop.dtype)
+    body = source[start:]
+    heads = _heads(body, element, 1, size)
+    lengths = np.frombuffer(body, np.uint8)[heads].astype(np.int64)
+    stop = int(heads[-1] + 1 + lengths[-1] * size)
+    if stop > len(body):
+        raise _truncated(element)
+    inside = np.ones(stop, dtype=bool)
+    inside[heads] = False
+    packed = np.frombuffer(body, np.uint8, stop)[inside].tobytes()
+    values = np.frombuffer(packed, order + prop.dtype).astype(prop.dtype)
+    return {prop.name: ListColumn(lengths, values)}, start + stop
+
+
+def _heads(
+    lengths: bytes | list[int], element: 'Element', head: int, size: int
+) -> NDArray[np.int64]:
+    """Return where each row starts, if entry k of `lengths` is the length of a list there."""
+    heads = []
+    at = 0
+    try:
+        for _ in range(element.count):
+            heads.append(at)
+            at += head + size * lengths[at]
+    except IndexError:
+        raise _truncated(element) from None
+    return np.array(heads, np.int64)
 
 
 def _walk_numbers(
@@ -184,8 +237,6 @@ def _walk_numbers(
 def _walk_bytes(
     element: 'Element', order: str, source: bytes, start: int
 ) -> tuple[dict[str, Column], int]:
-    import struct
-
     codes = {'i1': 'b', 'u1': 'B', 'i2': 'h', 'u2': 'H', 'i4': 'i', 'u4': 'I', 'f4': 'f',
              'f8': 'd'}
     plan = [
