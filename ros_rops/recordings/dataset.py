@@ -70,8 +70,9 @@ def read_dataset(folder: str | os.PathLike[str]) -> Dataset:
         If the folder cannot be read, holds no view, or its poses are unsound or lack a view.
     """
     folder = Path(folder)
-    inner = folder / 'views'
-    paths = list_views(inner if inner.is_dir() else folder)
+    paths = tuple(p for p in list_files(folder) if kind_of(p))
+    if not paths:
+        raise InputError(f'{folder}: holds no view file')
     name = folder.resolve().name
     if not (folder / POSES_NAME).exists():
         return Dataset(folder, name, 'auto', '', paths)
@@ -84,20 +85,20 @@ def read_dataset(folder: str | os.PathLike[str]) -> Dataset:
         folder, name, poses.units, poses.reference, paths, poses.T_world_view, poses.objects)
 
 
-def list_views(folder: Path) -> tuple[Path, ...]:
+def list_files(folder: Path) -> list[Path]:
     """
-    Return the view files of a folder in natural order (view2 before view10).
+    Return the files of `folder/views`, or of the folder itself, in natural order.
 
     Raises
     ------
     InputError
-        If the folder cannot be read or holds no view file.
+        If the folder cannot be read.
     """
+    inner = folder / 'views'
     try:
-        found = [path for path in folder.iterdir() if kind_of(path) and path.is_file()]
+        listed = inner if inner.is_dir() else folder
+        found = [path for path in listed.iterdir() if path.is_file()]
     except OSError as error:
         raise InputError(
             f'{folder}: the folder cannot be read ({error.strerror or error})') from None
-    if not found:
-        raise InputError(f'{folder}: holds no view file')
-    return tuple(sorted(found, key=lambda path: natural_key(path.name)))
+    return sorted(found, key=lambda path: natural_key(path.name))

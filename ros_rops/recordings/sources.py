@@ -9,7 +9,8 @@ from pathlib import Path
 
 from ros_rops.core.errors import InputError
 from ros_rops.recordings import mcap_reader
-from ros_rops.recordings.files import kind_of, natural_key, RECORDING_SUFFIXES, VIEW_SUFFIXES
+from ros_rops.recordings.dataset import list_files
+from ros_rops.recordings.files import kind_of, RECORDING_SUFFIXES, VIEW_SUFFIXES
 from ros_rops.recordings.reader import BadView, NotedView, read_view_noted
 
 Outcome = NotedView | BadView
@@ -125,13 +126,7 @@ def _expand(path: Path) -> list[Path]:
 
 
 def _expand_folder(folder: Path) -> list[Path]:
-    inner = folder / 'views'
-    try:
-        entries = list((inner if inner.is_dir() else folder).iterdir())
-    except OSError as error:
-        raise InputError(
-            f'{folder}: the folder cannot be read ({error.strerror or error})') from None
-    found = [p for p in entries if (kind_of(p) or _is_recording(p)) and p.is_file()]
+    found = [path for path in list_files(folder) if kind_of(path) or _is_recording(path)]
     if not found:
         raise InputError(f'{folder}: holds no view file and no recording')
-    return sorted(found, key=lambda path: natural_key(path.name))
+    return found
