@@ -243,7 +243,7 @@ def _pack(
         points[name] = values.reshape(-1)
     data = array.array('B')
     data.frombytes(points.view(np.uint8).data)
-    offsets = dtype.fields or {}
+    offsets: Mapping[str, Any] = dtype.fields or {}
     return {
         'height': height,
         'width': width,

@@ -42,7 +42,7 @@ class Cloud:
 
 def drop_holes(cloud: Cloud) -> Cloud:
     """Return `cloud` with its finite points only, the grid and the colours kept in step."""
-    good = np.isfinite(cloud.points).all(axis=1)
+    good = np.asarray(np.isfinite(cloud.points).all(axis=1))
     if good.all():
         return cloud
     renumber = np.full(len(good) + 1, -1, np.int32)  # the last entry serves index -1
@@ -69,7 +69,8 @@ def to_bytes(colors: NDArray) -> NDArray[np.uint8]:
     if colors.dtype == np.uint8:
         return colors
     if np.issubdtype(colors.dtype, np.integer):
-        return np.clip(colors, 0, 255).astype(np.uint8)
+        whole: NDArray[np.uint8] = np.clip(colors, 0, 255).astype(np.uint8)
+        return whole
     values = np.nan_to_num(colors.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0)
     if values.size and values.max() <= 1.0:
         values = values * 255.0

@@ -43,7 +43,8 @@ def demo_models() -> list[Model]:
 def _paint(vertices: Floats, tint: tuple[int, int, int]) -> Bytes:
     """Return a tint with broad stripes, so that colour can be seen to be kept."""
     stripe = 0.85 + 0.15 * np.sign(np.sin(vertices @ np.array([190.0, 110.0, 60.0])))
-    return np.rint(stripe[:, None] * np.array(tint)).astype(np.uint8)
+    colors: Bytes = np.rint(stripe[:, None] * np.array(tint)).astype(np.uint8)
+    return colors
 
 
 def demo_captures(models: Sequence[Model]) -> list[Capture]:

@@ -3,8 +3,10 @@
 """Write views as an MCAP recording of organized PointCloud2, their exact poses beside them."""
 
 from collections.abc import Sequence
+import io
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -54,30 +56,30 @@ def write_mcap(
     """
     from mcap.writer import CompressionType, Writer
 
+    stream = io.BytesIO()
+    writer = Writer(stream, compression=CompressionType.ZSTD)
+    writer.start(profile='ros2', library='ros_rops')
+    clouds = _channel(
+        writer, topic, 'sensor_msgs/msg/PointCloud2', cdr.POINT_CLOUD2_SCHEMA)
+    poses = _channel(writer, POSE_TOPIC, 'tf2_msgs/msg/TFMessage', cdr.TF_SCHEMA)
+    for sequence, capture in enumerate(captures):
+        stamp, frame = capture.view.stamp_ns, capture.view.frame_id
+        if stamp is None:
+            raise InputError(f'{path}: view {capture.view.name!r} has no stamp')
+        parent = capture.object or 'world'
+        pose = cdr.tf_message(capture.T_world_view, stamp, parent, frame)
+        writer.add_message(poses, stamp, pose, stamp, sequence)
+        values = point_cloud2.encode(*organized(capture.view))
+        cloud = cdr.point_cloud2(values, stamp, frame)
+        writer.add_message(clouds, stamp, cloud, stamp, sequence)
+    writer.finish()  # type: ignore[no-untyped-call]
     try:
-        stream = Path(path).open('wb')
+        Path(path).write_bytes(stream.getvalue())
     except OSError as error:
         raise InputError(f'{path}: cannot be written ({error.strerror or error})') from None
-    with stream:
-        writer = Writer(stream, compression=CompressionType.ZSTD)
-        writer.start(profile='ros2', library='ros_rops')
-        clouds = _channel(
-            writer, topic, 'sensor_msgs/msg/PointCloud2', cdr.POINT_CLOUD2_SCHEMA)
-        poses = _channel(writer, POSE_TOPIC, 'tf2_msgs/msg/TFMessage', cdr.TF_SCHEMA)
-        for sequence, capture in enumerate(captures):
-            stamp, frame = capture.view.stamp_ns, capture.view.frame_id
-            if stamp is None:
-                raise InputError(f'{path}: view {capture.view.name!r} has no stamp')
-            parent = capture.object or 'world'
-            pose = cdr.tf_message(capture.T_world_view, stamp, parent, frame)
-            writer.add_message(poses, stamp, pose, stamp, sequence)
-            values = point_cloud2.encode(*organized(capture.view))
-            cloud = cdr.point_cloud2(values, stamp, frame)
-            writer.add_message(clouds, stamp, cloud, stamp, sequence)
-        writer.finish()
 
 
-def _channel(writer: object, topic: str, name: str, schema: str) -> int:
-    known: int = writer.register_schema(name, 'ros2msg', schema.encode())  # type: ignore[attr-defined]
-    channel: int = writer.register_channel(topic, 'cdr', known)  # type: ignore[attr-defined]
+def _channel(writer: Any, topic: str, name: str, schema: str) -> int:
+    known: int = writer.register_schema(name, 'ros2msg', schema.encode())
+    channel: int = writer.register_channel(topic, 'cdr', known)
     return channel

@@ -3,6 +3,7 @@
 """PCD 0.6 and 0.7: ASCII, binary and binary_compressed, organized or not, packed colour."""
 
 import io
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,7 +91,7 @@ def _record(header: dict[str, list[str]]) -> np.dtype:
     counts = header.get('COUNT', ['1'] * len(names))
     if not names or not len(names) == len(sizes) == len(kinds) == len(counts):
         raise FormatError('its FIELDS, SIZE, TYPE and COUNT do not agree')
-    parts = []
+    parts: list[tuple[Any, ...]] = []
     for k, (name, size, kind, number) in enumerate(
             zip(names, sizes, kinds, counts, strict=True)):
         if not (size.isdigit() and number.isdigit() and 1 <= len(number) <= 6):

@@ -34,7 +34,8 @@ def blob(seed: int = 7, bumps: int = 30) -> Field:
         radius = np.full(length.shape, 0.055)
         for axis, height, sharp in zip(axes, heights, sharpness, strict=True):
             radius += height * np.exp(sharp * (directions @ axis - 1.0))
-        return length - radius
+        outside: Floats = length - radius
+        return outside
 
     return field
 

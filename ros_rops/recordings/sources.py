@@ -1,4 +1,5 @@
-
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
 """From what a user names (folders, files, recordings) to views, one after the other."""
 
 from collections import Counter
@@ -115,9 +116,13 @@ def _is_recording(path: Path) -> bool:
 
 
 def _expand(path: Path) -> list[Path]:
-    if path.is_dir():
+    try:
+        is_folder, exists = path.is_dir(), path.exists()
+    except OSError as error:
+        raise InputError(f'{path}: cannot be read ({error.strerror or error})') from None
+    if is_folder:
         return _expand_folder(path)
-    if not path.exists():
+    if not exists:
         raise InputError(f'{path}: no such file or folder')
     if kind_of(path) is None and not _is_recording(path):
         known = ', '.join(sorted(VIEW_SUFFIXES | RECORDING_SUFFIXES))

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 import json
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -225,7 +226,7 @@ def _grid_lists(grid: Ints) -> bytes:
 
 
 def _save_npz(
-    path: str | os.PathLike[str], points: Floats, extra: Mapping[str, NDArray]
+    path: str | os.PathLike[str], points: Floats, extra: Mapping[str, Any]
 ) -> None:
     try:
         np.savez_compressed(path, points=points, **extra)

@@ -156,7 +156,7 @@ def test_conf_convention(tmp_path):
 
 
 @pytest.mark.parametrize(
-    'text, words',
+    ('text', 'words'),
     [
         ('camera 1 2 3\n', 'no bmesh'),
         ('bmesh a.ply 1 2 3 0 0 1\n', 'seven numbers'),
@@ -171,7 +171,8 @@ def test_bad_conf(tmp_path, text, words):
 
 
 @needs_scans
-@pytest.mark.parametrize('name, conf', [('bunny', 'bun'), ('dragon_stand', 'dragonStandRight')])
+@pytest.mark.parametrize(
+    ('name', 'conf'), [('bunny', 'bun'), ('dragon_stand', 'dragonStandRight')])
 def test_conf_agrees_with_reference_poses(name, conf):
     poses = read_conf(DATA / name / f'{conf}.conf')
     reference = read_poses(DATA / name / 'reference_poses.json').T_world_view
@@ -181,7 +182,7 @@ def test_conf_agrees_with_reference_poses(name, conf):
 
 @needs_scans
 @pytest.mark.parametrize(
-    'name, count, units, organized',
+    ('name', 'count', 'units', 'organized'),
     [('bunny', 10, 'm', True), ('dragon_stand', 15, 'm', True), ('chef', 10, 'mm', False),
      ('parasaurolophus', 10, 'mm', False)],
 )

@@ -99,7 +99,7 @@ def test_lzf_overlapping_copy():
 
 
 @pytest.mark.parametrize(
-    'data, size, words',
+    ('data', 'size', 'words'),
     [
         (b'\x05ab', 6, 'breaks off'),
         (b'\x00a\x20', 4, 'breaks off'),

@@ -84,7 +84,7 @@ def test_npz_with_grid(tmp_path):
 
 
 @pytest.mark.parametrize(
-    'arrays, words',
+    ('arrays', 'words'),
     [
         ({'cloud': np.eye(3)}, 'no array "points"'),
         ({'points': np.zeros((4, 2))}, r'\(4, 2\)'),
@@ -140,7 +140,7 @@ def test_forbidden(tmp_path):
 
 
 @pytest.mark.parametrize(
-    'scale, stated, expected',
+    ('scale', 'stated', 'expected'),
     [(0.1, 'auto', 'm'), (150.0, 'auto', 'mm'), (0.1, 'mm', 'mm'), (150.0, 'm', 'm')],
 )
 def test_units(tmp_path, scale, stated, expected):

@@ -69,13 +69,14 @@ def test_scrambled_grid_is_not_believed():
     rng = np.random.default_rng(5)
     u, v, grid = pixels()
     points = np.stack([u, v, bumps(u, v)], axis=1)
-    sensor, note = resolve_sensor(points, rng.permutation(grid.ravel()).reshape(grid.shape), 'auto')
+    shuffled = rng.permutation(grid.ravel()).reshape(grid.shape)
+    sensor, note = resolve_sensor(points, shuffled, 'auto')
     assert sensor.kind == 'orthographic'
     assert 'assumed' in note
 
 
 @pytest.mark.parametrize(
-    'offset, kind, direction',
+    ('offset', 'kind', 'direction'),
     [
         ((0, 0, 10), 'pinhole', (0, 0, 1)),
         ((1, -2, -10), 'pinhole', (0, 0, -1)),
@@ -147,7 +148,7 @@ def share_in_front(name: str, cell: float, flip: bool) -> float:
 
 
 @needs_scans
-@pytest.mark.parametrize('name, cell', [('bunny', 0.001), ('dragon_stand', 0.0012)])
+@pytest.mark.parametrize(('name', 'cell'), [('bunny', 0.001), ('dragon_stand', 0.0012)])
 def test_nothing_floats_in_front_of_a_stanford_view(name, cell):
     assert share_in_front(name, cell, flip=False) < 0.005
     assert share_in_front(name, cell, flip=True) > 0.2  # the other direction would be refuted
