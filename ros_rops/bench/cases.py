@@ -1,0 +1,28 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""The cases by name; `rops bench` and `python -m ros_rops.bench` offer exactly these."""
+
+import argparse
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from ros_rops.bench import multiview, pairwise
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One case: what `--help` says, its options, and what runs it (returns the exit code)."""
+
+    help: str
+    add_arguments: Callable[[argparse.ArgumentParser], None]
+    run: Callable[[argparse.Namespace], int]
+
+
+CASES = {
+    'pairwise': Case(
+        'every pair of views by itself: recall, precision, errors, seconds',
+        pairwise.add_arguments, pairwise.run),
+    'multiview': Case(
+        'unordered views of one or several objects through a session',
+        multiview.add_arguments, multiview.run),
+}

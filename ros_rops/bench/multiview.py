@@ -1,0 +1,175 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""Case `multiview`: unordered views of one or several data sets through one `Session`."""
+
+import argparse
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+import multiprocessing
+import time
+from typing import Any
+
+import numpy as np
+
+from ros_rops.bench.evaluate import evaluate, known_views, KnownView
+from ros_rops.bench.judgement import Placement
+from ros_rops.bench.machine import peak_rss_mib
+from ros_rops.bench.run_folder import Run
+from ros_rops.bench.settings import (
+    add_common_arguments, config_of, load_all, report, SEED, teller)
+from ros_rops.bench.table import table
+from ros_rops.bench.truth import ReferenceSet
+from ros_rops.core.config import Config
+from ros_rops.core.types import RangeView
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """
+    One session to run, in a process of its own.
+
+    Parameters
+    ----------
+    datasets : tuple of str
+        Names of the sets.
+    order : str
+        What the table calls the order.
+    views : tuple of RangeView
+        Named 'set/view', in the order in which they are added.
+    known : mapping of str to KnownView
+    config : Config
+    threads : int
+    """
+
+    datasets: tuple[str, ...]
+    order: str
+    views: tuple[RangeView, ...]
+    known: Mapping[str, KnownView]
+    config: Config
+    threads: int
+
+
+def named_views(sets: Sequence[ReferenceSet]) -> list[RangeView]:
+    """Return all views of the sets, named 'set/view', which no two sets share."""
+    return [
+        replace(view, name=f'{one.name}/{name}')
+        for one in sets for name, view in one.views.items()
+    ]
+
+
+def shuffled(views: Sequence[RangeView], seed: int) -> tuple[RangeView, ...]:
+    """Return the views in the random order of a seed."""
+    order = np.random.default_rng(seed).permutation(len(views))
+    return tuple(views[k] for k in order)
+
+
+def make_jobs(
+    sets: Sequence[ReferenceSet], config: Config, *, orders: int, seed: int, threads: int
+) -> list[Job]:
+    """Return one job for each random order, or one for the natural order where `orders` is 0."""
+    views = named_views(sets)
+    sequences = {f'seed {seed + k}': shuffled(views, seed + k) for k in range(orders)}
+    known = known_views(sets)
+    names = tuple(one.name for one in sets)
+    return [
+        Job(names, order, sequence, known, config, threads)
+        for order, sequence in (sequences or {'given': tuple(views)}).items()
+    ]
+
+
+def run_job(job: Job) -> dict[str, Any]:
+    """
+    Run one session and judge it; peak memory is read before the judging.
+
+    Returns
+    -------
+    dict
+        The numbers of the case as plain JSON values.
+    """
+    from ros_rops.pipeline.session import Session
+
+    start, start_cpu = time.perf_counter(), time.process_time()
+    session = Session(job.config, threads=job.threads)
+    for view in job.views:
+        session.add(view)
+    added = time.perf_counter()
+    session.finish()
+    seconds, cpu = time.perf_counter() - start, time.process_time() - start_cpu
+    peak = peak_rss_mib()
+    evaluation = evaluate(run_of(session, job), job.known)
+    return {
+        'case': 'multiview', 'datasets': list(job.datasets), 'order': job.order,
+        **evaluation.numbers(), 'seconds': seconds, 'seconds_add': added - start,
+        'seconds_finish': seconds - (added - start), 'cpu_seconds': cpu, 'peak_rss_mib': peak,
+        'shapes': dict(Counter(p.shape for p in run_of(session, job).placements.values())),
+        'sequence': [view.name for view in job.views],
+    }
+
+
+def run_of(session: Any, job: Job) -> Run:
+    """Return what `poses.json` of the session would say."""
+    placements = {
+        view.name: Placement(str(shape.id), np.asarray(view.T_object_view))
+        for shape in session.objects for view in shape.views
+    }
+    statuses = {
+        view.name: 'placed' if view.name in placements else 'pending' for view in job.views
+    }
+    return Run(
+        units=session.units, mesh_resolution=session.mesh_resolution, placements=placements,
+        statuses=statuses, centroids={}, attempts=session.attempts)
+
+
+def run_apart(job: Job) -> dict[str, Any]:
+    """Run a job in a fresh process, so that no other job's memory counts."""
+    context = multiprocessing.get_context('spawn')
+    with ProcessPoolExecutor(1, mp_context=context) as pool:
+        return pool.submit(run_job, job).result()
+
+
+def multiview_table(cases: Sequence[Mapping[str, Any]]) -> str:
+    """Return the table that `rops bench multiview` prints."""
+    rows = []
+    for case in cases:
+        residuals = [o['residual_dres'] for o in case['objects'] if o['residual_dres'] is not None]
+        rows.append([
+            ' + '.join(case['datasets']), case['order'], f'{case["placed"]}/{case["views"]}',
+            case['wrong_placements'], case['wrong_merges'], case['splits'],
+            case['mean_rotation_deg'], case['max_rotation_deg'], case['mean_translation_dres'],
+            case['max_translation_dres'], ' '.join(f'{value:.4f}' for value in residuals) or None,
+            case['attempts'], case['seconds'], round(case['peak_rss_mib'])])
+    return table(
+        ['datasets', 'order', 'placed', 'wrong', 'merges', 'splits', 'deg', 'max deg', 'dres',
+         'max dres', 'residual', 'attempts', 's', 'MiB'], rows)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of `rops bench multiview`."""
+    add_common_arguments(parser)
+    parser.add_argument(
+        '--mixed', action='store_true', help='all data sets in one session, not one after another')
+    parser.add_argument(
+        '--orders', type=int, default=0, metavar='N',
+        help='N random orders (default: the natural order)')
+    parser.add_argument('--seed', type=int, default=0, help='seed of the first order')
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run `rops bench multiview`; returns the exit code."""
+    tell = teller(args)
+    config = config_of(args, {SEED: args.seed})
+    sets = load_all(args.datasets, tell)
+    groups = [sets] if args.mixed else [[one] for one in sets]
+    jobs = [
+        job for group in groups
+        for job in make_jobs(
+            group, config, orders=args.orders, seed=args.seed, threads=args.threads)
+    ]
+    cases = []
+    for number, job in enumerate(jobs):
+        tell(f'session {number + 1} of {len(jobs)}: {" + ".join(job.datasets)}, {job.order}')
+        cases.append(run_apart(job))
+    report(args, cases, multiview_table(cases))
+    return 0
