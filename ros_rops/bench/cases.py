@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from ros_rops.bench import multiview, pairwise
+from ros_rops.bench import feature_quality, multiview, pairwise, synthetic
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,4 +25,10 @@ CASES = {
     'multiview': Case(
         'unordered views of one or several objects through a session',
         multiview.add_arguments, multiview.run),
+    'synthetic': Case(
+        'views rendered from a mesh, poses exact, with noise, through a session',
+        synthetic.add_arguments, synthetic.run),
+    'descriptor': Case(
+        'how often the nearest feature of the other view is the right one',
+        feature_quality.add_arguments, feature_quality.run),
 }

@@ -16,7 +16,7 @@ from ros_rops.bench.run_folder import match_names, read_run, Run
 from ros_rops.bench.truth import load_dataset, ReferenceSet, units_factor
 from ros_rops.core.errors import InputError
 from ros_rops.core.types import Floats
-from ros_rops.recordings.dataset import Poses, read_poses
+from ros_rops.recordings.poses import Poses, read_poses
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@
 
 import argparse
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 import multiprocessing
@@ -22,7 +22,7 @@ from ros_rops.bench.settings import (
 from ros_rops.bench.table import table
 from ros_rops.bench.truth import ReferenceSet
 from ros_rops.core.config import Config
-from ros_rops.core.types import RangeView
+from ros_rops.core.types import RangeView, Units
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +41,7 @@ class Job:
     known : mapping of str to KnownView
     config : Config
     threads : int
+    case : str
     """
 
     datasets: tuple[str, ...]
@@ -49,6 +50,12 @@ class Job:
     known: Mapping[str, KnownView]
     config: Config
     threads: int
+    case: str = 'multiview'
+
+    @property
+    def units(self) -> Units:
+        """Units of the session: those of the first view."""
+        return self.views[0].units
 
 
 def named_views(sets: Sequence[ReferenceSet]) -> list[RangeView]:
@@ -91,19 +98,20 @@ def run_job(job: Job) -> dict[str, Any]:
     from ros_rops.pipeline.session import Session
 
     start, start_cpu = time.perf_counter(), time.process_time()
-    session = Session(job.config, threads=job.threads)
+    session = Session(job.config, threads=job.threads, units=job.units)
     for view in job.views:
         session.add(view)
     added = time.perf_counter()
     session.finish()
     seconds, cpu = time.perf_counter() - start, time.process_time() - start_cpu
     peak = peak_rss_mib()
-    evaluation = evaluate(run_of(session, job), job.known)
+    found = run_of(session, job)
+    evaluation = evaluate(found, job.known)
     return {
-        'case': 'multiview', 'datasets': list(job.datasets), 'order': job.order,
+        'case': job.case, 'datasets': list(job.datasets), 'order': job.order,
         **evaluation.numbers(), 'seconds': seconds, 'seconds_add': added - start,
         'seconds_finish': seconds - (added - start), 'cpu_seconds': cpu, 'peak_rss_mib': peak,
-        'shapes': dict(Counter(p.shape for p in run_of(session, job).placements.values())),
+        'shapes': dict(Counter(p.shape for p in found.placements.values())),
         'sequence': [view.name for view in job.views],
     }
 
@@ -118,7 +126,7 @@ def run_of(session: Any, job: Job) -> Run:
         view.name: 'placed' if view.name in placements else 'pending' for view in job.views
     }
     return Run(
-        units=session.units, mesh_resolution=session.mesh_resolution, placements=placements,
+        units=job.units, mesh_resolution=session.mesh_resolution, placements=placements,
         statuses=statuses, centroids={}, attempts=session.attempts)
 
 
@@ -127,6 +135,15 @@ def run_apart(job: Job) -> dict[str, Any]:
     context = multiprocessing.get_context('spawn')
     with ProcessPoolExecutor(1, mp_context=context) as pool:
         return pool.submit(run_job, job).result()
+
+
+def run_all(jobs: Sequence[Job], tell: Callable[[str], None]) -> list[dict[str, Any]]:
+    """Run jobs one after another, each in a process of its own."""
+    cases = []
+    for number, job in enumerate(jobs):
+        tell(f'session {number + 1} of {len(jobs)}: {" + ".join(job.datasets)}, {job.order}')
+        cases.append(run_apart(job))
+    return cases
 
 
 def multiview_table(cases: Sequence[Mapping[str, Any]]) -> str:
@@ -167,9 +184,6 @@ def run(args: argparse.Namespace) -> int:
         for job in make_jobs(
             group, config, orders=args.orders, seed=args.seed, threads=args.threads)
     ]
-    cases = []
-    for number, job in enumerate(jobs):
-        tell(f'session {number + 1} of {len(jobs)}: {" + ".join(job.datasets)}, {job.order}')
-        cases.append(run_apart(job))
+    cases = run_all(jobs, tell)
     report(args, cases, multiview_table(cases))
     return 0

@@ -61,11 +61,12 @@ def parse_change(text: str) -> tuple[str, object]:
         raise ParameterError(f'{name}: expected {kind.__name__}, got {value!r}') from None
 
 
-def add_common_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options that all cases take."""
-    parser.add_argument(
-        'datasets', nargs='+', metavar='DATASET',
-        help='folder with views/ and reference_poses.json')
+def add_common_arguments(
+    parser: argparse.ArgumentParser, *, metavar: str = 'DATASET',
+    what: str = 'folder with views/ and reference_poses.json',
+) -> None:
+    """Declare the options that all cases take, and what they are run on."""
+    parser.add_argument('datasets', nargs='+', metavar=metavar, help=what)
     parser.add_argument('--json', metavar='FILE', help='write the numbers there')
     parser.add_argument(
         '--threads', type=int, default=0, help='threads of the engine, 0 for all (default)')

@@ -12,7 +12,8 @@ from ros_rops.core.config import Config
 from ros_rops.core.errors import InputError
 from ros_rops.core.mesh import build_mesh
 from ros_rops.core.types import Floats, RangeView, Units
-from ros_rops.recordings.dataset import POSES_NAME, read_dataset
+from ros_rops.recordings.dataset import read_dataset
+from ros_rops.recordings.poses import POSES_NAME
 from ros_rops.recordings.reader import read_view
 
 _METRES = {'m': 1.0, 'mm': 0.001}
