@@ -15,23 +15,17 @@ from ros_rops.core.types import Floats, RangeView, Status
 
 
 class Answer(Protocol):
-    """What a contestant says about a pair; `PairResult` of the engine is one."""
+    """
+    What a contestant says about a pair; `PairResult` of the engine is one.
 
-    @property
-    def status(self) -> Status:
-        """`PLACED` where the contestant itself says that the pair is registered."""
+    `status` is `PLACED` where the contestant itself says that the pair is registered; then there
+    is a transform (4, 4). `reason` says why not; `numbers` are its scores and counts.
+    """
 
-    @property
-    def T_target_source(self) -> Floats | None:
-        """The transform (4, 4), None where there is none."""
-
-    @property
-    def reason(self) -> str:
-        """Why it is not placed."""
-
-    @property
-    def numbers(self) -> Mapping[str, float]:
-        """Scores and counts."""
+    status: Status
+    T_target_source: Floats | None
+    reason: str
+    numbers: Mapping[str, float]
 
 
 @dataclass(frozen=True, slots=True)

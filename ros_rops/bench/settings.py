@@ -82,7 +82,7 @@ def config_of(args: argparse.Namespace, extra: Mapping[str, object] | None = Non
 
 
 def teller(args: argparse.Namespace) -> Callable[[str], None]:
-    """Return what shows progress: one line on standard error, rewritten, none if not a terminal."""
+    """Return what shows progress: one line on a terminal, rewritten; none elsewhere."""
     if args.quiet or not sys.stderr.isatty():
         return lambda text: None
 
