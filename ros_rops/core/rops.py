@@ -5,7 +5,6 @@
 import math
 
 import numpy as np
-
 from ros_rops.core.config import Config, LrfConfig, RopsConfig
 from ros_rops.core.keypoints import candidate_keypoints, distinct
 from ros_rops.core.lrf import normal_radius

@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-
 from ros_rops.core.errors import ShapeError
 from ros_rops.kernels import _kernels
 

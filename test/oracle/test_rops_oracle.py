@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from ros_rops.core.config import LrfConfig, RopsConfig
 from ros_rops.core.lrf import compute_lrfs
 from ros_rops.core.rops import describe

@@ -6,27 +6,17 @@ import math
 
 import numpy as np
 import pytest
-
+from reference.surfaces import DOWN, height_view
 from ros_rops.core.config import MeshConfig
 from ros_rops.core.errors import ShapeError, ViewError
 from ros_rops.core.mesh import build_mesh, image_plane
 from ros_rops.core.types import RangeView, SensorModel
 from ros_rops.kernels.mesh import grid_triangles, mesh_from_triangles
 
-DOWN = SensorModel('orthographic', direction=(0.0, 0.0, -1.0))
-
-
-def height_field(height, size=20, grid=True):
-    """Return the view from above of z = height(x, y) on a unit lattice."""
-    y, x = np.mgrid[0:size, 0:size].astype(float)
-    points = np.stack([x, y, height(x, y)], axis=-1).reshape(-1, 3)
-    pixels = np.arange(size * size, dtype=np.int32).reshape(size, size)
-    return RangeView('field', points, pixels if grid else None, DOWN)
-
 
 @pytest.mark.parametrize('grid', [True, False])
 def test_plane_is_meshed_fully(grid):
-    mesh = build_mesh(height_field(lambda x, y: 0 * x, grid=grid), MeshConfig())
+    mesh = build_mesh(height_view(lambda x, y: 0 * x, grid=grid), MeshConfig())
     area = np.cross(
         mesh.vertices[mesh.faces[:, 1]] - mesh.vertices[mesh.faces[:, 0]],
         mesh.vertices[mesh.faces[:, 2]] - mesh.vertices[mesh.faces[:, 0]],
@@ -41,7 +31,7 @@ def test_plane_is_meshed_fully(grid):
 
 @pytest.mark.parametrize('grid', [True, False])
 def test_depth_step_is_not_bridged(grid):
-    mesh = build_mesh(height_field(lambda x, y: np.where(x < 10, 0, 9.0), grid=grid), MeshConfig())
+    mesh = build_mesh(height_view(lambda x, y: np.where(x < 10, 0, 9.0), grid=grid), MeshConfig())
     assert np.ptp(mesh.vertices[mesh.faces][:, :, 2], axis=1).max() == 0
     assert len(mesh.faces) == 2 * 2 * 9 * 19
     assert mesh.boundary.reshape(20, 20)[:, 9:11].all()
@@ -49,13 +39,13 @@ def test_depth_step_is_not_bridged(grid):
 
 @pytest.mark.parametrize('grid', [True, False])
 def test_slope_within_the_limits_is_kept(grid):
-    mesh = build_mesh(height_field(lambda x, y: 2 * x, grid=grid), MeshConfig())
+    mesh = build_mesh(height_view(lambda x, y: 2 * x, grid=grid), MeshConfig())
     assert len(mesh.faces) == 2 * 19 * 19
     assert np.allclose(mesh.normals, np.array([-2, 0, 1]) / math.sqrt(5))
 
 
 def test_grazing_triangles_are_dropped():
-    view = height_field(lambda x, y: 2 * x)  # seen at 63.4 degrees
+    view = height_view(lambda x, y: 2 * x)  # seen at 63.4 degrees
     with pytest.raises(ViewError, match='no triangle'):
         build_mesh(view, MeshConfig(grazing_deg=60.0))
 
@@ -80,7 +70,7 @@ def test_pinhole_sphere_has_radial_normals():
 
 
 def test_holes_of_the_grid_stay_open():
-    view = height_field(lambda x, y: 0 * x)
+    view = height_view(lambda x, y: 0 * x)
     grid = view.grid.copy()
     grid[5:8, 5:8] = -1
     mesh = build_mesh(RangeView('hole', view.points, grid, DOWN), MeshConfig())
@@ -97,7 +87,7 @@ def test_anisotropic_grid_is_kept_whole():
 
 
 def test_far_from_the_origin_nothing_changes():
-    view = height_field(lambda x, y: np.sin(x) + 0.3 * y, grid=False)
+    view = height_view(lambda x, y: np.sin(x) + 0.3 * y, grid=False)
     moved = RangeView('far', view.points + 1e6, None, DOWN)
     near, far = build_mesh(view, MeshConfig()), build_mesh(moved, MeshConfig())
     assert len(near.faces) == len(far.faces)
@@ -116,7 +106,7 @@ def test_views_without_a_surface_are_refused(points, message):
 
 
 def test_empty_grid_is_refused():
-    view = height_field(lambda x, y: 0 * x)
+    view = height_view(lambda x, y: 0 * x)
     blank = RangeView('blank', view.points, np.full((20, 20), -1, np.int32), DOWN)
     with pytest.raises(ViewError, match='no triangle'):
         build_mesh(blank, MeshConfig())
@@ -129,7 +119,7 @@ def test_points_behind_a_pinhole_are_refused():
 
 
 def test_duplicated_points_do_no_harm():
-    view = height_field(lambda x, y: 0.2 * x, grid=False)
+    view = height_view(lambda x, y: 0.2 * x, grid=False)
     mesh = build_mesh(RangeView('twice', np.tile(view.points, (2, 1)), None, DOWN), MeshConfig())
     assert len(mesh.vertices) == 800
     assert len(mesh.faces) == 2 * 19 * 19
