@@ -40,9 +40,17 @@ class Cloud:
     notes: tuple[str, ...] = ()
 
 
+LARGEST = 1e15
+"""A coordinate beyond this is no measurement (uninitialised memory): taken as a hole."""
+
+
 def drop_holes(cloud: Cloud) -> Cloud:
-    """Return `cloud` with its finite points only, the grid and the colours kept in step."""
-    good = np.asarray(np.isfinite(cloud.points).all(axis=1))
+    """
+    Return `cloud` with its measured points only, the grid and the colours kept in step.
+
+    A point goes if a coordinate is NaN, infinite or beyond `LARGEST`.
+    """
+    good = np.asarray((np.abs(cloud.points) <= LARGEST).all(axis=1))
     if good.all():
         return cloud
     renumber = np.full(len(good) + 1, -1, np.int32)  # the last entry serves index -1

@@ -80,7 +80,7 @@ def write_demo(folder: Path) -> None:
     write_poses(
         folder / 'demo_poses.json',
         {c.view.name: c.T_world_view for c in captures},
-        units='m', reference='exact', objects={c.view.name: c.object for c in captures},
+        units='m', reference='exact', objects={c.view.name: c.object_name for c in captures},
         note=f'Exact: rendered by ros_rops.recordings.make_demo, seed {SEED}.',
     )
 

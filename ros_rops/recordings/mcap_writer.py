@@ -8,9 +8,9 @@ import os
 from pathlib import Path
 from typing import Any
 
+from msg_adapters import point_cloud2
 import numpy as np
 
-from msg_adapters import point_cloud2
 from ros_rops.core.errors import InputError
 from ros_rops.core.types import Bytes, Floats, RangeView
 from ros_rops.recordings import cdr
@@ -66,7 +66,7 @@ def write_mcap(
         stamp, frame = capture.view.stamp_ns, capture.view.frame_id
         if stamp is None:
             raise InputError(f'{path}: view {capture.view.name!r} has no stamp')
-        parent = capture.object or 'world'
+        parent = capture.object_name or 'world'
         pose = cdr.tf_message(capture.T_world_view, stamp, parent, frame)
         writer.add_message(poses, stamp, pose, stamp, sequence)
         values = point_cloud2.encode(*organized(capture.view))

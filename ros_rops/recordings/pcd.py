@@ -12,8 +12,9 @@ from ros_rops.recordings import lzf
 from ros_rops.recordings.cloud import Cloud, FormatError, full_grid
 
 DTYPES = {
-    ('F', 4): '<f4', ('F', 8): '<f8', ('I', 1): 'i1', ('I', 2): '<i2', ('I', 4): '<i4',
-    ('I', 8): '<i8', ('U', 1): 'u1', ('U', 2): '<u2', ('U', 4): '<u4', ('U', 8): '<u8',
+    ('F', '4'): '<f4', ('F', '8'): '<f8', ('I', '1'): 'i1', ('I', '2'): '<i2',
+    ('I', '4'): '<i4', ('I', '8'): '<i8', ('U', '1'): 'u1', ('U', '2'): '<u2',
+    ('U', '4'): '<u4', ('U', '8'): '<u8',
 }  # fmt: skip
 LARGEST = 2**31 - 1
 
@@ -94,9 +95,9 @@ def _record(header: dict[str, list[str]]) -> np.dtype:
     parts: list[tuple[Any, ...]] = []
     for k, (name, size, kind, number) in enumerate(
             zip(names, sizes, kinds, counts, strict=True)):
-        if not (size.isdigit() and number.isdigit() and 1 <= len(number) <= 6):
-            raise FormatError('its SIZE or COUNT is no number')
-        code = DTYPES.get((kind, int(size)))
+        if not (number.isascii() and number.isdigit() and len(number) <= 6):
+            raise FormatError('its COUNT is no number')
+        code = DTYPES.get((kind, size))
         if code is None:
             raise FormatError(f'its field {name[:30]!r} is of a type PCD does not know')
         unique = name if name not in (p[0] for p in parts) and name != '_' else f'_{k}'
@@ -109,6 +110,8 @@ def _ascii(body: bytes, dtype: np.dtype, count: int) -> dict[str, NDArray]:
     width = sum(int(np.prod(dtype[name].shape)) for name in names)
     if not count:
         return {name: np.zeros(0, dtype[name].base) for name in names}
+    if not body.strip():
+        raise FormatError(f'is truncated: no rows, not {count}')
     try:
         table = np.loadtxt(io.StringIO(body.decode('latin-1')), comments=None, ndmin=2)
     except ValueError as error:

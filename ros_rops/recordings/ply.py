@@ -144,7 +144,7 @@ def _read_header(data: bytes) -> tuple[Header, int]:
 
 
 def _whole(text: str, line: str) -> int:
-    if not text.isdigit() or len(text) > 15:
+    if not (text.isascii() and text.isdigit()) or len(text) > 15:
         raise FormatError(f'has a header line without a sensible count: {line[:60]!r}')
     return int(text)
 

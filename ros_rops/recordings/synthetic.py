@@ -48,7 +48,7 @@ class Capture:
 
     view: RangeView
     T_world_view: Floats
-    object: str = ''
+    object_name: str = ''
 
 
 @dataclass(frozen=True, slots=True)

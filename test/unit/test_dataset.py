@@ -8,8 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
-
 from ros_rops.core.errors import InputError, ParameterError, ShapeError
 from ros_rops.core.types import RangeView
 from ros_rops.recordings.dataset import read_dataset
@@ -17,6 +15,7 @@ from ros_rops.recordings.poses import read_conf, read_poses
 from ros_rops.recordings.reader import BadView, NotedView, read_view, read_view_noted
 from ros_rops.recordings.sources import find_views
 from ros_rops.recordings.writers import write_dataset, write_object, write_view
+from scipy.spatial.transform import Rotation
 
 ROOT = Path(__file__).resolve().parents[2]
 DATA = Path(os.environ.get('ROPS_DATA', ROOT.parent / 'shared' / 'data'))

@@ -125,9 +125,11 @@ BAD = {
     'fields': (header('binary').replace(b'SIZE 4 ', b'SIZE ') + body('binary'), 'do not agree'),
     'type': (header('binary').replace(b'TYPE U F', b'TYPE U Q') + body('binary'), 'type'),
     'no x': (header('binary').replace(b'tag x y', b'tag q y') + body('binary'), 'lack x'),
-    'size': (header('binary').replace(b'SIZE 4 4', b'SIZE 4 a') + body('binary'), 'no number'),
+    'size': (header('binary').replace(b'SIZE 4 4', b'SIZE 4 a') + body('binary'), 'of a type'),
     'sizes': (header('binary_compressed') + struct.pack('<2I', 5, 7) + b'12345', 'states 7'),
     'no sizes': (header('binary_compressed') + b'12', 'no sizes'),
+    'count': (header('binary').replace(b'COUNT 1', b'COUNT \xb2'), 'COUNT is no number'),
+    'no rows': (header('ascii') + b'\n', 'no rows'),
     'words': (header('ascii') + b'a b c\n' * 6, 'table of numbers'),
 }
 

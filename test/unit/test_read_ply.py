@@ -116,6 +116,12 @@ def test_few_points_are_no_reader_error(tmp_path, count):
     assert read_view(path).points.shape == (count, 3)
 
 
+def test_absurd_coordinates_are_holes(tmp_path):
+    path = tmp_path / 'a.ply'
+    path.write_bytes(vertices_only('1 2 1e300\n1e6 1e6 1e6\n1e-320 0 -1e16\n', 3))
+    np.testing.assert_array_equal(read_view(path).points, [[1e6, 1e6, 1e6]])
+
+
 def test_all_nan_is_no_reader_error(tmp_path):
     path = tmp_path / 'nan.ply'
     path.write_bytes(grid_file('ascii').replace(b'1.0', b'nan').replace(b'3.0', b'inf', 1)
@@ -135,6 +141,7 @@ BAD = {
     'no vertices': (b'ply\nformat ascii 1.0\nend_header\n', 'no element "vertex"'),
     'no z': (vertices_only('1 2\n', 1).replace(b'property float z\n', b''), 'lack x, y or z'),
     'negative count': (vertices_only('', -3), 'sensible count'),
+    'odd digit': (vertices_only('', 7).replace(b'7', b'\xb2'), 'sensible count'),
     'huge count': (vertices_only('1 2 3\n', 10**14), 'truncated'),
     'unknown line': (vertices_only('1 2 3\n', 1).replace(b'end_h', b'bogus 1\nend_h'), 'bogus'),
     'unknown type': (vertices_only('', 0).replace(b'float z', b'quad z'), 'quad'),
