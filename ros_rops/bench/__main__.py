@@ -15,7 +15,7 @@ def main(words: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog='python -m ros_rops.bench')
     cases = parser.add_subparsers(dest='case', required=True)
     for name, case in CASES.items():
-        case.add_arguments(cases.add_parser(name, help=case.help))
+        case.add_arguments(cases.add_parser(name, help=case.summary))
     args = parser.parse_args(words)
     try:
         return CASES[args.case].run(args)

@@ -11,9 +11,9 @@ from ros_rops.bench import feature_quality, multiview, pairwise, synthetic
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """One case: what `--help` says, its options, and what runs it (returns the exit code)."""
+    """One case: its line of `--help`, its options, and what runs it (returns the exit code)."""
 
-    help: str
+    summary: str
     add_arguments: Callable[[argparse.ArgumentParser], None]
     run: Callable[[argparse.Namespace], int]
 

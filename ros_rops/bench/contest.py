@@ -5,7 +5,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 import time
-from typing import Any, Protocol
+from typing import Any
 
 from ros_rops.bench.errors import pair_errors, PairErrors
 from ros_rops.bench.evaluation import PairTruth
@@ -14,18 +14,26 @@ from ros_rops.core.config import Config
 from ros_rops.core.types import Floats, RangeView, Status
 
 
-class Answer(Protocol):
+@dataclass(frozen=True, slots=True)
+class Answer:
     """
-    What a contestant says about a pair; `PairResult` of the engine is one.
+    What a contestant says about a pair.
 
-    `status` is `PLACED` where the contestant itself says that the pair is registered; then there
-    is a transform (4, 4). `reason` says why not; `numbers` are its scores and counts.
+    Parameters
+    ----------
+    status : Status
+        `PLACED` where the contestant itself says that the pair is registered.
+    T_target_source : (4, 4) float64 or None
+    reason : str
+        Why it is not registered.
+    numbers : mapping of str to float
+        Its scores and counts.
     """
 
     status: Status
     T_target_source: Floats | None
-    reason: str
-    numbers: Mapping[str, float]
+    reason: str = ''
+    numbers: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,11 +106,11 @@ def engine(config: Config, *, threads: int = 0) -> Contestant:
     from ros_rops.core.pairwise import register
     from ros_rops.pipeline.prepare import prepare
 
-    return Contestant(
-        'ros_rops',
-        lambda view: prepare(view, config, threads=threads),
-        lambda source, target: register(source, target, config, threads=threads),
-    )
+    def answer(source: Any, target: Any) -> Answer:
+        result = register(source, target, config, threads=threads)
+        return Answer(result.status, result.T_target_source, result.reason, result.numbers)
+
+    return Contestant('ros_rops', lambda view: prepare(view, config, threads=threads), answer)
 
 
 def prepare_all(

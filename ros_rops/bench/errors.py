@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import math
 
 import numpy as np
-
 from ros_rops.core.types import Floats
 
 CORRECT_DEG = 5.0

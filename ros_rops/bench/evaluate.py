@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
 from ros_rops.bench.judgement import judge, Judgement, Placement, ViewTruth
 from ros_rops.bench.residual import residual
 from ros_rops.bench.run_folder import match_names, read_run, Run

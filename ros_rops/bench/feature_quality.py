@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
-
 from ros_rops.bench.descriptor import measure_descriptor
 from ros_rops.bench.evaluation import evaluate_pairs, overlap_bin, OVERLAP_BINS, PairTruth
 from ros_rops.bench.scores import share
@@ -20,6 +18,7 @@ from ros_rops.core.config import Config
 from ros_rops.core.mesh import build_mesh
 from ros_rops.core.rops import compute_features
 from ros_rops.core.types import Bools, Features, Floats
+from scipy.spatial import cKDTree
 
 RIGHT_DRES = 3.0
 
@@ -114,8 +113,8 @@ def run_set(
         features[name] = compute_features(
             mesh, config, resolution=dataset.dres, threads=threads)
         if len(features[name].indices):
-            milliseconds.append(measure_descriptor(
-                mesh, features[name].indices, config, threads, rounds=1)['ms_per_keypoint'])
+            measured = measure_descriptor(mesh, features[name].indices, config, threads, rounds=1)
+            milliseconds.append(float(measured['ms_per_keypoint']))
     bins: dict[str, list[Matches]] = {key: [] for key in OVERLAP_BINS}
     for pair in pairs:
         key = overlap_bin(pair.overlap)
@@ -124,7 +123,7 @@ def run_set(
         i, j = features[pair.name_i], features[pair.name_j]
         if min(len(i.positions), len(j.positions)) >= 2:
             bins[key].append(match(i, j, pair.T_j_i, dataset.dres))
-            bins[key].append(match(j, i, np.linalg.inv(pair.T_j_i), dataset.dres))
+            bins[key].append(match(j, i, np.linalg.inv(pair.T_j_i).astype(float), dataset.dres))
     return {
         'case': 'descriptor', 'dataset': dataset.name,
         'keypoints_per_view': float(np.mean([len(f.positions) for f in features.values()])),

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-
 from ros_rops.bench.errors import pair_errors, PairErrors
 from ros_rops.core.types import Floats
 

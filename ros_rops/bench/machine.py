@@ -10,9 +10,8 @@ import subprocess
 from typing import Any
 
 import numpy as np
-import scipy
-
 import ros_rops
+import scipy
 
 
 def cpu_model() -> str:

@@ -12,7 +12,6 @@ import time
 from typing import Any
 
 import numpy as np
-
 from ros_rops.bench.evaluate import evaluate, known_views, KnownView
 from ros_rops.bench.judgement import Placement
 from ros_rops.bench.machine import peak_rss_mib

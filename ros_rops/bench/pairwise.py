@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-
 from ros_rops.bench.contest import (
     Contestant, cross_pairs, engine, errors_in, PairRecord, prepare_all, run_pairs)
 from ros_rops.bench.evaluation import evaluate_pairs, OVERLAP_BINS, PairTruth
@@ -97,7 +96,8 @@ def pairwise_table(cases: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _count(case: Mapping[str, Any], key: str) -> int:
-    return round((case['recall_by_overlap'][key] or 0.0) * case['pairs_by_overlap'][key])
+    recall: float = case['recall_by_overlap'][key] or 0.0
+    return round(recall * int(case['pairs_by_overlap'][key]))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

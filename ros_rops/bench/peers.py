@@ -7,14 +7,13 @@ The protocol is EVALUATION's: voxels of 2.5 dres, FPFH radius 15 dres, then two 
 point-to-point ICP on all points. A peer has no verdict of its own: it accepts every pair.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 import importlib.util
 from typing import Any
 
 import numpy as np
-
-from ros_rops.bench.contest import Contestant
+from ros_rops.bench.contest import Answer, Contestant
 from ros_rops.core.types import Floats, RangeView, Status
 
 VOXEL_DRES = 2.5
@@ -25,16 +24,6 @@ RANSAC_VOXELS = 1.5
 FGR_VOXELS = 0.5
 ICP_DRES = (6.0, 2.5)
 SEED = 0
-
-
-@dataclass(frozen=True, slots=True)
-class PeerAnswer:
-    """What a peer says; it always claims success."""
-
-    T_target_source: Floats
-    status: Status = Status.PLACED
-    reason: str = ''
-    numbers: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,11 +115,11 @@ def refine(source: PeerView, target: PeerView, T: Floats, distances: Sequence[fl
     return result
 
 
-def register(source: PeerView, target: PeerView, dres: float, coarse: Any) -> PeerAnswer:
+def register(source: PeerView, target: PeerView, dres: float, coarse: Any) -> Answer:
     """Register a pair: `coarse` (ransac or fast_global), then two rounds of ICP."""
     start = coarse(source, target, dres)
     fine = refine(
         source, target, start.transformation, [distance * dres for distance in ICP_DRES])
-    return PeerAnswer(
-        np.array(fine.transformation),
+    return Answer(
+        Status.PLACED, np.array(fine.transformation),
         numbers={'fitness': fine.fitness, 'inlier_rmse': fine.inlier_rmse})

@@ -8,7 +8,6 @@ import json
 from pathlib import Path
 
 import numpy as np
-
 from ros_rops.bench.judgement import Placement
 from ros_rops.core.errors import InputError
 from ros_rops.core.types import Floats

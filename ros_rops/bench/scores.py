@@ -7,7 +7,6 @@ from dataclasses import asdict
 from typing import Any
 
 import numpy as np
-
 from ros_rops.bench.contest import PairRecord, Prepared
 from ros_rops.bench.evaluation import overlap_bin, OVERLAP_BINS
 

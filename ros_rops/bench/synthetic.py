@@ -6,7 +6,6 @@ import argparse
 from pathlib import Path
 
 import numpy as np
-
 from ros_rops.bench.evaluate import KnownView
 from ros_rops.bench.multiview import Job, multiview_table, run_all, shuffled
 from ros_rops.bench.settings import add_common_arguments, config_of, report, SEED, teller

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-
 from ros_rops.core.config import Config
 from ros_rops.core.errors import InputError
 from ros_rops.core.mesh import build_mesh
