@@ -126,13 +126,12 @@ def _open(path: Path) -> Iterator[IO[bytes]]:
 
 
 def _reader(path: Path, stream: IO[bytes]) -> Any:
-    from mcap.exceptions import McapError
     from mcap.reader import make_reader
 
     stream.seek(0)
     try:
         return make_reader(stream, validate_crcs=True)
-    except McapError:
+    except Exception:  # a file of a few bytes raises struct.error, not one of mcap's own
         empty = path.stat().st_size == 0
         raise InputError(f'{path}: is {"empty" if empty else "not an MCAP file"}') from None
 

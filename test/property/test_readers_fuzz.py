@@ -62,8 +62,9 @@ def outcome(suffix: str, data: bytes) -> RangeView | None:
         try:
             return read_view(path)
         except InputError as error:
-            assert str(path) in str(error)
-            return None
+            text = str(error)
+        assert str(path) in text
+        return None
 
 
 @pytest.mark.parametrize('suffix', SAMPLES)
