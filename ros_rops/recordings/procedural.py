@@ -42,22 +42,29 @@ def blob(seed: int = 7, bumps: int = 30) -> Field:
 
 def bracket() -> Field:
     """Return a machine part: plate, wall, oblique rib, bosses, a ball and bored holes."""
-    turn = np.deg2rad(35.0)
-    rib = np.array([
-        [np.cos(turn), 0.0, np.sin(turn)], [0.0, 1.0, 0.0], [-np.sin(turn), 0.0, np.cos(turn)]])
+    c, s = np.cos(np.deg2rad(35.0)), np.sin(np.deg2rad(35.0))
+    about_y = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+    about_z = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
-    def field(points: Floats) -> Floats:
+    def upper(points: Floats) -> Floats:
         body = _box(points, (0.0, 0.0, -0.045), (0.075, 0.05, 0.010))
         wall = _box(points, (-0.055, 0.004, 0.005), (0.011, 0.042, 0.055))
         body = _blend(body, wall, 0.010)
-        slanted = (points - np.array([-0.025, -0.018, -0.010])) @ rib.T
+        slanted = (points - np.array([-0.025, -0.018, -0.010])) @ about_y.T
         body = _blend(body, _box(slanted, (0.0, 0.0, 0.0), (0.010, 0.008, 0.042)), 0.008)
         body = _blend(body, _cylinder(points, (0.038, 0.016), (-0.045, 0.008), 0.021), 0.006)
         body = _blend(body, _cylinder(points, (0.030, -0.030), (-0.045, -0.018), 0.012), 0.006)
         body = _blend(body, _ball(points, (-0.052, 0.020, 0.062), 0.022), 0.008)
-        body = _blend(body, _ball(points, (0.070, -0.042, -0.050), 0.017), 0.006)
-        body = _cut(body, _cylinder(points, (0.038, 0.016), (-0.020, 0.03), 0.011), 0.003)
+        return _blend(body, _ball(points, (0.070, -0.042, -0.050), 0.017), 0.006)
+
+    def field(points: Floats) -> Floats:
         along_x = points[..., [1, 2, 0]]
+        body = _blend(upper(points), _cylinder(along_x, (0.025, -0.008), (-0.08, -0.06), 0.012),
+                      0.004)
+        turned = (points - np.array([0.020, 0.004, -0.055])) @ about_z.T
+        body = _blend(body, _box(turned, (0.0, 0.0, 0.0), (0.034, 0.007, 0.010)), 0.005)
+        body = _blend(body, _ball(points, (-0.042, -0.026, -0.055), 0.015), 0.005)
+        body = _cut(body, _cylinder(points, (0.038, 0.016), (-0.020, 0.03), 0.011), 0.003)
         body = _cut(body, _cylinder(along_x, (-0.014, 0.028), (-0.08, -0.03), 0.013), 0.004)
         return _cut(body, _ball(points, (0.005, 0.045, -0.062), 0.021), 0.004)
 

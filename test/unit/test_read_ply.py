@@ -164,6 +164,33 @@ def test_bad_file(tmp_path, case):
     assert str(path) in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ('text', 'words'),
+    [
+        ('v 0 0 0\n', 'no faces'),
+        ('v 0 0 0\nf 1 1 1 1\n', 'not triangles'),
+        ('v 0 0 0\nf 1 1 2\n', 'does not exist'),
+        ('v 0 0 0\nf 0 1 1\n', 'does not exist'),
+        ('v 0 0 0\nf 1 1 -2\n', 'does not exist'),
+        ('v 0 0 zero\nf 1 1 1\n', 'not made of numbers'),
+        ('v 0 0 0\nf a b c\n', 'not made of numbers'),
+    ],
+)
+def test_bad_obj(tmp_path, text, words):
+    (tmp_path / 'm.obj').write_text(text)
+    with pytest.raises(InputError, match=words):
+        read_mesh(tmp_path / 'm.obj')
+
+
+def test_obj(tmp_path):
+    (tmp_path / 'm.obj').write_text(
+        '# a\nmtllib x\nv 0 0 0 1 1 1\nvn 0 0 1\nv 1 0 0\nv  0 1 2e-1\n'
+        'f 1/1/1 2/1 3\nf -1 -2 -3\n')
+    vertices, faces = read_mesh(tmp_path / 'm.obj')
+    assert vertices.tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0.2]]
+    assert faces.tolist() == [[0, 1, 2], [2, 1, 0]]
+
+
 def test_mesh(tmp_path):
     path = tmp_path / 'm.ply'
     head = vertices_only('', 3).decode().replace(
