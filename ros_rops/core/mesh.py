@@ -8,8 +8,7 @@ import numpy as np
 from ros_rops.core.config import MeshConfig
 from ros_rops.core.errors import ViewError
 from ros_rops.core.types import Floats, frozen, Ints, RangeMesh, RangeView, SensorModel
-from ros_rops.kernels.mesh import grid_triangles, mesh_from_triangles
-from scipy.spatial import Delaunay, QhullError
+from ros_rops.kernels.mesh import delaunay_triangles, grid_triangles, mesh_from_triangles
 
 _FEWEST_POINTS = 3
 
@@ -97,13 +96,8 @@ def _candidates(view: RangeView) -> Ints:
     uv, indices = image_plane(view.sensor, view.points)
     if len(uv) < _FEWEST_POINTS:
         raise ViewError(f'view {view.name!r}: {len(uv)} points lie in front of the sensor')
-    try:
-        simplices: Ints = Delaunay(uv).simplices
-    except QhullError:
-        raise ViewError(
-            f'view {view.name!r}: its points coincide or lie on a line as the sensor sees them'
-        ) from None
-    return indices[simplices]
+    triangles: Ints = indices[delaunay_triangles(uv)]
+    return triangles
 
 
 def _least_cosine(view: RangeView, config: MeshConfig) -> float:

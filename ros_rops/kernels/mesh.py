@@ -60,6 +60,32 @@ def grid_triangles(points: NDArray[np.float64], grid: NDArray[np.int32]) -> NDAr
     return faces
 
 
+def delaunay_triangles(uv: NDArray[np.float64]) -> NDArray[np.int32]:
+    """
+    Delaunay triangulation of points in the plane, in exact arithmetic.
+
+    Parameters
+    ----------
+    uv : (N, 2) float64
+        Finite; seen on a raster of 2^-30 of their extent.
+
+    Returns
+    -------
+    (F, 3) int32
+        Counter-clockwise triangles; none if the points lie on a line of the raster. Of points
+        that coincide only the first has any.
+
+    Raises
+    ------
+    ShapeError
+        If `uv` has the wrong shape or is not finite.
+    """
+    if uv.ndim != 2 or uv.shape[1] != 2 or not np.isfinite(uv).all():
+        raise ShapeError(f'uv: expected finite (N, 2), got {uv.shape}')
+    faces: NDArray[np.int32] = _kernels.delaunay_triangles(uv)
+    return faces
+
+
 def mesh_from_triangles(
     points: NDArray[np.float64],
     rays: NDArray[np.float64],

@@ -11,6 +11,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "delaunay.hpp"
+
 namespace py = pybind11;
 
 namespace {
@@ -18,6 +20,9 @@ using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using Ints = py::array_t<std::int32_t, py::array::c_style | py::array::forcecast>;
 using Face = std::array<std::int32_t, 3>;
 using Vec = std::array<double, 3>;
+
+// A triangle flatter than this, of its longest edge, is a line: its normal means nothing.
+constexpr double kSliver = 1e-6;
 
 struct Edge {
   std::int32_t low, high;
@@ -104,7 +109,7 @@ bool accept(Face& face, const double* points, const double* rays,
   const double longest = std::max({length(a), length(b), length(c)});
   const Vec normal = cross(a, b);
   const double area = length(normal);
-  if (!(longest <= edge_factor * expected) || !(area > 0)) return false;
+  if (!(longest <= edge_factor * expected) || !(area > kSliver * longest * longest)) return false;
   const double* ray = rays + 3 * face[0];
   const double cosine = dot(normal, {ray[0], ray[1], ray[2]}) / area;
   if (cosine < 0) std::swap(face[1], face[2]);
@@ -179,6 +184,17 @@ Ints grid_triangles(const Doubles& points, const Ints& grid) {
   return to_array(faces);
 }
 
+Ints delaunay_triangles(const Doubles& uv) {
+  const double* points = uv.data();
+  const std::size_t count = uv.shape(0);
+  std::vector<Face> faces;
+  {
+    py::gil_scoped_release release;
+    faces = rops::delaunay(points, count);
+  }
+  return to_array(faces);
+}
+
 py::tuple mesh_from_triangles(const Doubles& points, const Doubles& rays, const Ints& candidates,
                               double edge_factor, double least_cosine) {
   const std::size_t vertices = points.shape(0);
@@ -213,6 +229,7 @@ py::tuple mesh_from_triangles(const Doubles& points, const Doubles& rays, const 
 namespace rops {
 void bind_mesh(py::module_& m) {
   m.def("grid_triangles", &grid_triangles);
+  m.def("delaunay_triangles", &delaunay_triangles);
   m.def("mesh_from_triangles", &mesh_from_triangles);
 }
 }  // namespace rops
