@@ -16,7 +16,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial.transform import Rotation
 
-from ros_rops.core.types import Floats, Ints
+from ros_rops.core.types import Bools, Floats, Ints
 from ros_rops.kernels.fine import PairSums
 
 # Damping relative to the weight that holds a view: far below what holds the end of a long chain
@@ -67,7 +67,7 @@ def frames_of(middles: Floats, sizes: Floats, poses: Floats) -> Frames:
     return Frames(placed, sizes)
 
 
-def assemble(pairs: Ints, sums: PairSums, keep: Floats, frames: Frames, centre: Floats) -> System:
+def assemble(pairs: Ints, sums: PairSums, keep: Bools, frames: Frames, centre: Floats) -> System:
     """
     Sum the pairs into one system in the views' own motions.
 
@@ -112,7 +112,7 @@ def stiffness_of(system: System) -> Stiffness:
     return Stiffness(np.maximum(values / scale, 0.0), motions)
 
 
-def components_of(count: int, pairs: Ints, keep: Floats) -> Ints:
+def components_of(count: int, pairs: Ints, keep: Bools) -> Ints:
     """Number the connected groups of views, in the order of their first view."""
     kept = pairs[keep]
     graph = coo_array((np.ones(len(kept)), (kept[:, 0], kept[:, 1])), shape=(count, count))
@@ -139,7 +139,8 @@ def solve(
     held = np.maximum(system.weight, 1.0)[:, None, None]
     diagonal = np.arange(count)
     blocks[diagonal, diagonal] += held * (np.eye(6) - keep * (1.0 - DAMPING))
-    return np.einsum('iab,ib->ia', keep, _eliminate(blocks, right))
+    motions: Floats = np.einsum('iab,ib->ia', keep, _eliminate(blocks, right))
+    return motions
 
 
 def _eliminate(blocks: Floats, right: Floats) -> Floats:

@@ -18,13 +18,13 @@ from ros_rops.kernels.fine import Surfaces
 
 SWEEPS = 50
 # Relative to the spread of the points: sweeping on gains nothing.
-STILL = 1e-7
+STILL = 1e-5
 
 
 class Moments(NamedTuple):
     """Of the matches of one pair: their number, sums of p and q (3,), sum of p q^T (3, 3)."""
 
-    count: int
+    matches: int
     source: Floats
     target: Floats
     product: Floats
@@ -60,7 +60,7 @@ def fit(table: dict[tuple[int, int], Moments], poses: Floats, components: Ints) 
     links: list[list[tuple[int, Moments]]] = [[] for _ in poses]
     for (i, j), m in table.items():
         links[i].append((j, m))
-        links[j].append((i, Moments(m.count, m.target, m.source, m.product.T)))
+        links[j].append((i, Moments(m.matches, m.target, m.source, m.product.T)))
     anchors = set(np.unique(components, return_index=True)[1].tolist())
     free = [v for v in range(len(poses)) if v not in anchors and links[v]]
     poses = poses.copy()
@@ -81,9 +81,9 @@ def _turn(v: int, links: list[tuple[int, Moments]], poses: Floats) -> None:
     count, own, other, product = 0, np.zeros(3), np.zeros(3), np.zeros((3, 3))
     for u, m in links:
         turn, shift = poses[u, :3, :3], poses[u, :3, 3]
-        count += m.count
+        count += m.matches
         own += m.source
-        other += turn @ m.target + m.count * shift
+        other += turn @ m.target + m.matches * shift
         product += m.product @ turn.T + np.outer(m.source, shift)
     left, _, right = np.linalg.svd(product - np.outer(own, other) / count)
     sign = np.array([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
@@ -101,10 +101,10 @@ def _shift(free: list[int], links: list[list[tuple[int, Moments]]], poses: Float
     for v in free:
         k = place[v]
         for u, m in links[v]:
-            matrix[k, k] += m.count
+            matrix[k, k] += m.matches
             right[k] += poses[u, :3, :3] @ m.target - poses[v, :3, :3] @ m.source
             if u in place:
-                matrix[k, place[u]] -= m.count
+                matrix[k, place[u]] -= m.matches
             else:
-                right[k] += m.count * poses[u, :3, 3]
+                right[k] += m.matches * poses[u, :3, 3]
     poses[free, :3, 3] = np.linalg.solve(matrix, right)

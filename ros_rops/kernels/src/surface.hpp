@@ -9,7 +9,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
+#include <utility>
 #include <vector>
 
 namespace rops {
@@ -32,21 +32,22 @@ class CellHash {
 
   // The points are sorted by cell; order[k] is the original index of the k-th sorted point.
   CellHash(const double* xyz, std::size_t n, double cell) : cell_(cell), points_(n), order_(n) {
-    for (int a = 0; a < 3; ++a) origin_[a] = n ? xyz[a] : 0.0;
+    for (int a = 0; a < 3; ++a) origin_[a] = end_[a] = n ? xyz[a] : 0.0;
     for (std::size_t i = 1; i < n; ++i)
-      for (int a = 0; a < 3; ++a) origin_[a] = std::min(origin_[a], xyz[3 * i + a]);
-    std::vector<std::uint64_t> keys(n);
+      for (int a = 0; a < 3; ++a) {
+        origin_[a] = std::min(origin_[a], xyz[3 * i + a]);
+        end_[a] = std::max(end_[a], xyz[3 * i + a]);
+      }
+    std::vector<std::pair<Key, std::int32_t>> keyed(n);
     for (std::size_t i = 0; i < n; ++i)
-      keys[i] = key(cell_of({xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]}));
-    std::iota(order_.begin(), order_.end(), 0);
-    std::sort(order_.begin(), order_.end(), [&](std::int32_t a, std::int32_t b) {
-      return keys[a] != keys[b] ? keys[a] < keys[b] : a < b;
-    });
+      keyed[i] = {key(cell_of({xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]})),
+                  static_cast<std::int32_t>(i)};
+    std::sort(keyed.begin(), keyed.end());
     for (std::size_t k = 0; k < n; ++k) {
-      const std::size_t i = order_[k];
+      const std::size_t i = order_[k] = keyed[k].second;
       points_[k] = {xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]};
-      if (k == 0 || keys[i] != cells_.back()) {
-        cells_.push_back(keys[i]);
+      if (k == 0 || keyed[k].first != cells_.back()) {
+        cells_.push_back(keyed[k].first);
         starts_.push_back(static_cast<std::int32_t>(k));
       }
     }
@@ -65,7 +66,7 @@ class CellHash {
   std::pair<std::int32_t, std::int32_t> range(const Cell& cell) const {
     for (int a = 0; a < 3; ++a)
       if (cell[a] < 0 || cell[a] > kMost) return {0, 0};
-    const std::uint64_t wanted = key(cell);
+    const Key wanted = key(cell);
     for (std::size_t slot = mix(wanted) & mask_;; slot = (slot + 1) & mask_) {
       const std::int32_t c = table_[slot];
       if (c < 0) return {0, 0};
@@ -76,9 +77,10 @@ class CellHash {
   Cell cell_of(const Vec3& p) const {
     Cell cell;
     for (int a = 0; a < 3; ++a) {
-      const double scaled = std::floor((p[a] - origin_[a]) / cell_);
-      // Beyond the key's range nothing is found; clamping keeps the conversion defined.
-      cell[a] = static_cast<std::int64_t>(std::min(std::max(scaled, -1.0), kMost + 1.0));
+      // Beyond the key's range nothing is found; clamping keeps the conversion defined, and
+      // adding 1 makes it round down.
+      const double scaled = (p[a] - origin_[a]) / cell_ + 1.0;
+      cell[a] = static_cast<std::int64_t>(std::min(std::max(scaled, 0.0), kMost + 2.0)) - 1;
     }
     return cell;
   }
@@ -87,14 +89,13 @@ class CellHash {
   std::pair<std::int32_t, double> nearest(const Vec3& p, double radius) const {
     std::int32_t best = -1;
     double least = radius * radius;
+    for (int a = 0; a < 3; ++a)
+      if (!(p[a] >= origin_[a] - radius && p[a] <= end_[a] + radius)) return {best, least};
     const Cell home = cell_of(p);
     scan(home, p, &best, &least);
     const double reach = std::sqrt(least);
-    Cell low, high;
-    for (int a = 0; a < 3; ++a) {
-      low[a] = cell_of({p[0] - reach, p[1] - reach, p[2] - reach})[a];
-      high[a] = cell_of({p[0] + reach, p[1] + reach, p[2] + reach})[a];
-    }
+    const Cell low = cell_of({p[0] - reach, p[1] - reach, p[2] - reach});
+    const Cell high = cell_of({p[0] + reach, p[1] + reach, p[2] + reach});
     for (std::int64_t x = low[0]; x <= high[0]; ++x)
       for (std::int64_t y = low[1]; y <= high[1]; ++y)
         for (std::int64_t z = low[2]; z <= high[2]; ++z) {
@@ -105,15 +106,17 @@ class CellHash {
   }
 
  private:
-  static constexpr std::int64_t kMost = (1 << 21) - 1;
+  // x and y, z; 32 bits each: outliers 1e9 cells away do not matter.
+  using Key = std::pair<std::uint64_t, std::uint32_t>;
+  static constexpr std::int64_t kMost = 0xFFFFFFFEll;
 
-  static std::uint64_t key(const Cell& c) {
-    return (static_cast<std::uint64_t>(c[0]) << 42) | (static_cast<std::uint64_t>(c[1]) << 21) |
-           static_cast<std::uint64_t>(c[2]);
+  static Key key(const Cell& c) {
+    return {(static_cast<std::uint64_t>(c[0]) << 32) | static_cast<std::uint64_t>(c[1]),
+            static_cast<std::uint32_t>(c[2])};
   }
-  static std::size_t mix(std::uint64_t k) {
-    k ^= k >> 31;
-    k *= 0x9E3779B97F4A7C15ull;
+  static std::size_t mix(const Key& key) {
+    std::uint64_t k = key.first ^ (key.second * 0xC2B2AE3D27D4EB4Full);
+    k = (k ^ (k >> 32)) * 0x9E3779B97F4A7C15ull;
     return static_cast<std::size_t>(k >> 29);
   }
   double gap(const Cell& cell, const Vec3& p) const {
@@ -149,10 +152,10 @@ class CellHash {
   }
 
   double cell_;
-  Vec3 origin_;
+  Vec3 origin_, end_;
   std::vector<Vec3> points_;
   std::vector<std::int32_t> order_;
-  std::vector<std::uint64_t> cells_;
+  std::vector<Key> cells_;
   std::vector<std::int32_t> starts_;
   std::vector<std::int32_t> table_;
   std::size_t mask_ = 0;
