@@ -13,7 +13,6 @@ from collections.abc import Sequence
 import math
 
 import numpy as np
-
 from ros_rops.core.config import FineConfig
 from ros_rops.core.errors import ShapeError
 from ros_rops.core.fine_problem import Problem

@@ -8,7 +8,6 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-
 from ros_rops.core import fine_system, williams
 from ros_rops.core.config import FineConfig
 from ros_rops.core.fine_types import FineView
@@ -45,9 +44,11 @@ class Problem:
         self.centre = self.frames().middles.mean(axis=0)
 
     def frames(self) -> fine_system.Frames:
+        """Return the middles of the views as placed now."""
         return fine_system.frames_of(self.middles, self.sizes, self.poses)
 
     def sums(self, samples: Sequence[Ints], radius_mr: float, soft_mr: float) -> PairSums:
+        """Match `samples` at the present poses and sum every pair."""
         return self.surfaces.normal_equations(
             self.pairs, samples, self.poses, self.centre,
             radius=radius_mr * self.resolution, soft=soft_mr * self.resolution,

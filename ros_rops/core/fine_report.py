@@ -5,7 +5,6 @@
 import math
 
 import numpy as np
-
 from ros_rops.core import fine_system
 from ros_rops.core.fine_problem import Problem
 from ros_rops.core.fine_types import EdgeFit, FineResult, ViewFit
@@ -16,6 +15,7 @@ from ros_rops.kernels.fine import PairSums
 def report(
     problem: Problem, radius: float, mean: float, iterations: int, converged: bool
 ) -> FineResult:
+    """Measure the fit within the first radius, on the few samples, and put it all together."""
     wide = max(problem.config.radius_start_mr, problem.config.radius_mr)
     sums = problem.sums(problem.few, wide, wide)
     keep = problem.holding(sums)

@@ -12,12 +12,11 @@ with einsum instead of BLAS, whose sums may change with its number of threads.
 from typing import NamedTuple
 
 import numpy as np
+from ros_rops.core.types import Bools, Floats, Ints
+from ros_rops.kernels.fine import PairSums
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial.transform import Rotation
-
-from ros_rops.core.types import Bools, Floats, Ints
-from ros_rops.kernels.fine import PairSums
 
 # Damping relative to the weight that holds a view: far below what holds the end of a long chain
 # of views together, yet enough where two groups of views can slide along each other.
@@ -113,7 +112,7 @@ def stiffness_of(system: System) -> Stiffness:
 
 
 def components_of(count: int, pairs: Ints, keep: Bools) -> Ints:
-    """Number the connected groups of views, in the order of their first view."""
+    """Return the connected group of each view, numbered in the order of their first view."""
     kept = pairs[keep]
     graph = coo_array((np.ones(len(kept)), (kept[:, 0], kept[:, 1])), shape=(count, count))
     labels: Ints = connected_components(graph, directed=False)[1].astype(np.int32)

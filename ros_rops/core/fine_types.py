@@ -5,7 +5,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-
 from ros_rops.core.errors import ShapeError
 from ros_rops.core.types import Bools, Floats, frozen, RangeMesh
 

@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-
 from ros_rops.core.types import Floats, Ints
 from ros_rops.kernels.fine import Surfaces
 

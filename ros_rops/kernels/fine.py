@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-
 from ros_rops.core.errors import KernelMissingError, ShapeError
 from ros_rops.core.types import Bools, Floats, Ints
 
@@ -187,7 +186,7 @@ class Surfaces:
             If an index or a shape is wrong.
         """
         pairs = np.asarray(pairs, dtype=np.int32).reshape(-1, 2)
-        if pairs.size and not (0 <= pairs.min() and pairs.max() < len(self)):
+        if pairs.size and not (pairs.min() >= 0 and pairs.max() < len(self)):
             raise ShapeError(f'pairs: expected indices of {len(self)} views')
         if np.shape(poses) != (len(self), 4, 4) or len(samples) != len(self):
             raise ShapeError(
@@ -204,5 +203,5 @@ class Surfaces:
             raise ShapeError(f'view: expected an index below {len(self)}, got {view}')
 
     def _check_samples(self, view: int, samples: Ints) -> None:
-        if samples.size and not (0 <= samples.min() and samples.max() < self._sizes[view]):
+        if samples.size and not (samples.min() >= 0 and samples.max() < self._sizes[view]):
             raise ShapeError(f'samples of view {view}: index out of range')

@@ -3,9 +3,8 @@
 """Views of analytic surfaces with exact poses: what fine registration is tried on."""
 
 import numpy as np
-from scipy.spatial.transform import Rotation
-
 from ros_rops.core.fine import FineView
+from scipy.spatial.transform import Rotation
 
 SIZE = 30.0
 

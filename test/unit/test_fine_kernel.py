@@ -5,7 +5,6 @@
 import numpy as np
 import pytest
 from reference import bumpy, fine_twin
-
 from ros_rops.core.errors import ShapeError
 from ros_rops.kernels.fine import Surfaces
 

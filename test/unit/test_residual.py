@@ -4,7 +4,6 @@
 
 import numpy as np
 import pytest
-
 from ros_rops.bench.residual import pair_residuals, residual
 from ros_rops.core.errors import ShapeError
 

@@ -1,164 +1,114 @@
 // Copyright 2026 The ros_rops authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A view's points in a hash of cells, for nearest neighbours within a few mesh resolutions:
-// scattered points cost memory by their number, not by the box around them.
+// A view for fine registration: its points by cell, a plane fitted at each, and its rim.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
-namespace rops {
+#include "cell_hash.hpp"
 
-using Vec3 = std::array<double, 3>;
+namespace rops::fine {
 
-inline double dot(const Vec3& a, const Vec3& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-inline Vec3 minus(const Vec3& a, const Vec3& b) {
-  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
-inline Vec3 cross(const Vec3& a, const Vec3& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
-class CellHash {
- public:
-  using Cell = std::array<std::int64_t, 3>;
-
-  // The points are sorted by cell; order[k] is the original index of the k-th sorted point.
-  CellHash(const double* xyz, std::size_t n, double cell) : cell_(cell), points_(n), order_(n) {
-    for (int a = 0; a < 3; ++a) origin_[a] = end_[a] = n ? xyz[a] : 0.0;
-    for (std::size_t i = 1; i < n; ++i)
-      for (int a = 0; a < 3; ++a) {
-        origin_[a] = std::min(origin_[a], xyz[3 * i + a]);
-        end_[a] = std::max(end_[a], xyz[3 * i + a]);
-      }
-    std::vector<std::pair<Key, std::int32_t>> keyed(n);
-    for (std::size_t i = 0; i < n; ++i)
-      keyed[i] = {key(cell_of({xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]})),
-                  static_cast<std::int32_t>(i)};
-    std::sort(keyed.begin(), keyed.end());
-    for (std::size_t k = 0; k < n; ++k) {
-      const std::size_t i = order_[k] = keyed[k].second;
-      points_[k] = {xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]};
-      if (k == 0 || keyed[k].first != cells_.back()) {
-        cells_.push_back(keyed[k].first);
-        starts_.push_back(static_cast<std::int32_t>(k));
-      }
+// Eigenvector of the smallest eigenvalue of a symmetric 3x3 matrix (xx xy xz yy yz zz).
+inline Vec3 smallest_direction(const std::array<double, 6>& m, double* value) {
+  const double q = (m[0] + m[3] + m[5]) / 3.0;
+  const double off = m[1] * m[1] + m[2] * m[2] + m[4] * m[4];
+  const double p2 =
+      (m[0] - q) * (m[0] - q) + (m[3] - q) * (m[3] - q) + (m[5] - q) * (m[5] - q) + 2.0 * off;
+  const double p = std::sqrt(p2 / 6.0);
+  *value = q;
+  if (!(p > 1e-12 * std::abs(q))) return {0.0, 0.0, 0.0};
+  const Vec3 a = {m[0] - q, m[1], m[2]}, b = {m[1], m[3] - q, m[4]}, c = {m[2], m[4], m[5] - q};
+  const double r = std::min(1.0, std::max(-1.0, dot(a, cross(b, c)) / (2.0 * p * p * p)));
+  *value = q + 2.0 * p * std::cos(std::acos(r) / 3.0 + 2.0943951023931953);
+  const Vec3 x = {m[0] - *value, m[1], m[2]}, y = {m[1], m[3] - *value, m[4]},
+             z = {m[2], m[4], m[5] - *value};
+  Vec3 best = {0.0, 0.0, 0.0};
+  double length = 0.0;
+  for (const Vec3& v : {cross(x, y), cross(y, z), cross(z, x)})
+    if (dot(v, v) > length) {
+      length = dot(v, v);
+      best = v;
     }
-    starts_.push_back(static_cast<std::int32_t>(n));
-    build_table();
+  for (double& e : best) e /= std::sqrt(length > 0.0 ? length : 1.0);
+  return best;
+}
+
+// On the rim of a surface the weighted mean of the neighbours lies 0.34 support to the side; a
+// flagged vertex whose neighbours surround it is a small hole, or noise that cost it its faces.
+constexpr double kRimOffset = 0.15;
+
+// One view: points by cell; `normals` and `usable` follow that order.
+struct Surface {
+  CellHash hash;
+  std::vector<Vec3> normals;
+  std::vector<char> usable;
+  std::vector<double> thickness;
+  std::vector<std::int32_t> rank;  // original index -> sorted index
+
+  Surface(const double* xyz, std::size_t n, double cell)
+      : hash(xyz, n, cell), normals(n), usable(n), thickness(n), rank(n) {
+    for (std::size_t k = 0; k < n; ++k) rank[hash.original(k)] = static_cast<std::int32_t>(k);
   }
 
-  std::size_t size() const { return points_.size(); }
-  std::size_t cell_count() const { return cells_.size(); }
-  double cell_size() const { return cell_; }
-  const Vec3& point(std::size_t k) const { return points_[k]; }
-  std::int32_t original(std::size_t k) const { return order_[k]; }
-  std::int32_t cell_begin(std::size_t c) const { return starts_[c]; }
-
-  // Sorted indices [begin, end) of the points of one cell.
-  std::pair<std::int32_t, std::int32_t> range(const Cell& cell) const {
-    for (int a = 0; a < 3; ++a)
-      if (cell[a] < 0 || cell[a] > kMost) return {0, 0};
-    const Key wanted = key(cell);
-    for (std::size_t slot = mix(wanted) & mask_;; slot = (slot + 1) & mask_) {
-      const std::int32_t c = table_[slot];
-      if (c < 0) return {0, 0};
-      if (cells_[c] == wanted) return {starts_[c], starts_[c + 1]};
-    }
-  }
-
-  Cell cell_of(const Vec3& p) const {
-    Cell cell;
-    for (int a = 0; a < 3; ++a) {
-      // Beyond the key's range nothing is found; clamping keeps the conversion defined, and
-      // adding 1 makes it round down.
-      const double scaled = (p[a] - origin_[a]) / cell_ + 1.0;
-      cell[a] = static_cast<std::int64_t>(std::min(std::max(scaled, 0.0), kMost + 2.0)) - 1;
-    }
-    return cell;
-  }
-
-  // The nearest point within `radius` of `p` (sorted index, squared distance), or -1.
-  std::pair<std::int32_t, double> nearest(const Vec3& p, double radius) const {
-    std::int32_t best = -1;
-    double least = radius * radius;
-    for (int a = 0; a < 3; ++a)
-      if (!(p[a] >= origin_[a] - radius && p[a] <= end_[a] + radius)) return {best, least};
-    const Cell home = cell_of(p);
-    scan(home, p, &best, &least);
-    const double reach = std::sqrt(least);
-    const Cell low = cell_of({p[0] - reach, p[1] - reach, p[2] - reach});
-    const Cell high = cell_of({p[0] + reach, p[1] + reach, p[2] + reach});
-    for (std::int64_t x = low[0]; x <= high[0]; ++x)
-      for (std::int64_t y = low[1]; y <= high[1]; ++y)
-        for (std::int64_t z = low[2]; z <= high[2]; ++z) {
-          const Cell cell = {x, y, z};
-          if (cell != home && gap(cell, p) < least) scan(cell, p, &best, &least);
+  // Plane fitted to the neighbours within `support` of each point of cell c, weights falling to
+  // zero there; turned to the side of the normal handed in. All points of a cell share one
+  // gathering of neighbours.
+  void fit_cell(std::size_t c, double support, const double* given, const bool* boundary) {
+    const auto begin = hash.cell_begin(c), end = hash.cell_begin(c + 1);
+    const auto home = hash.cell_of(hash.point(begin));
+    const std::int64_t reach = static_cast<std::int64_t>(std::ceil(support / hash.cell_size()));
+    std::vector<std::int32_t> near;
+    for (std::int64_t x = -reach; x <= reach; ++x)
+      for (std::int64_t y = -reach; y <= reach; ++y)
+        for (std::int64_t z = -reach; z <= reach; ++z) {
+          const auto [from, to] = hash.range({home[0] + x, home[1] + y, home[2] + z});
+          for (auto k = from; k < to; ++k) near.push_back(k);
         }
-    return {best, least};
+    for (auto k = begin; k < end; ++k) fit_point(k, near, support, given, boundary);
   }
 
- private:
-  // x and y, z; 32 bits each: outliers 1e9 cells away do not matter.
-  using Key = std::pair<std::uint64_t, std::uint32_t>;
-  static constexpr std::int64_t kMost = 0xFFFFFFFEll;
-
-  static Key key(const Cell& c) {
-    return {(static_cast<std::uint64_t>(c[0]) << 32) | static_cast<std::uint64_t>(c[1]),
-            static_cast<std::uint32_t>(c[2])};
-  }
-  static std::size_t mix(const Key& key) {
-    std::uint64_t k = key.first ^ (key.second * 0xC2B2AE3D27D4EB4Full);
-    k = (k ^ (k >> 32)) * 0x9E3779B97F4A7C15ull;
-    return static_cast<std::size_t>(k >> 29);
-  }
-  double gap(const Cell& cell, const Vec3& p) const {
+  void fit_point(std::int32_t k, const std::vector<std::int32_t>& near, double support,
+                 const double* given, const bool* boundary) {
+    const Vec3& p = hash.point(k);
+    const std::size_t i = hash.original(k);
+    const Vec3 side = {given[3 * i], given[3 * i + 1], given[3 * i + 2]};
     double sum = 0.0;
-    for (int a = 0; a < 3; ++a) {
-      const double from = origin_[a] + cell[a] * cell_;
-      const double out = std::max(0.0, std::max(from - p[a], p[a] - from - cell_));
-      sum += out * out;
-    }
-    return sum;
-  }
-  void scan(const Cell& cell, const Vec3& p, std::int32_t* best, double* least) const {
-    const auto [begin, end] = range(cell);
-    for (std::int32_t k = begin; k < end; ++k) {
-      const Vec3 d = minus(points_[k], p);
-      const double squared = dot(d, d);
-      if (squared < *least) {
-        *least = squared;
-        *best = k;
+    int count = 0;
+    Vec3 mean = {0.0, 0.0, 0.0};
+    std::array<double, 6> m{};
+    for (const auto o : near) {
+      const Vec3 d = minus(hash.point(o), p);
+      const double part = 1.0 - dot(d, d) / (support * support);
+      if (part <= 0.0) continue;
+      ++count;
+      sum += part;
+      int e = 0;
+      for (int a = 0; a < 3; ++a) {
+        mean[a] += part * d[a];
+        for (int b = a; b < 3; ++b) m[e++] += part * d[a] * d[b];
       }
     }
+    int e = 0;
+    for (int a = 0; a < 3; ++a) mean[a] /= sum;
+    for (int a = 0; a < 3; ++a)
+      for (int b = a; b < 3; ++b, ++e) m[e] = m[e] / sum - mean[a] * mean[b];
+    double value = 0.0;
+    Vec3 normal = smallest_direction(m, &value);
+    const double along = dot(normal, side);
+    if (along < 0.0) normal = {-normal[0], -normal[1], -normal[2]};
+    normals[k] = normal;
+    thickness[k] = std::sqrt(std::max(value, 0.0));
+    const double rise = dot(mean, normal);
+    const double aside = std::sqrt(std::max(0.0, dot(mean, mean) - rise * rise));
+    const bool rim = boundary[i] && aside > kRimOffset * support;
+    usable[k] = count >= 6 && along != 0.0 && !rim;
   }
-  void build_table() {
-    std::size_t slots = 16;
-    while (slots < 2 * cells_.size()) slots *= 2;
-    mask_ = slots - 1;
-    table_.assign(slots, -1);
-    for (std::size_t c = 0; c < cells_.size(); ++c) {
-      std::size_t slot = mix(cells_[c]) & mask_;
-      while (table_[slot] >= 0) slot = (slot + 1) & mask_;
-      table_[slot] = static_cast<std::int32_t>(c);
-    }
-  }
-
-  double cell_;
-  Vec3 origin_, end_;
-  std::vector<Vec3> points_;
-  std::vector<std::int32_t> order_;
-  std::vector<Key> cells_;
-  std::vector<std::int32_t> starts_;
-  std::vector<std::int32_t> table_;
-  std::size_t mask_ = 0;
 };
 
-}  // namespace rops
+}  // namespace rops::fine
