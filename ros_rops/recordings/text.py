@@ -3,12 +3,16 @@
 """Lines of x y z (.xyz .txt .csv .asc), blanks, commas or semicolons between the numbers."""
 
 import io
+import re
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ros_rops.recordings.cloud import Cloud, FormatError
 
+DECIMAL_COMMAS = re.compile(
+    rb'^[ \t]*[-+]?\d+,\d+(?:[; \t]+[-+]?\d+,\d+){2,}[ \t;]*\r?$', re.MULTILINE)
+"""A line such as `1,5; 2,5; 3,5`: commas inside the numbers, something else between them."""
 HEADER_LINES = 20
 """Most lines without three numbers that may stand before the first point."""
 
@@ -28,6 +32,8 @@ def parse(data: bytes) -> Cloud:
     if b'\0' in data:
         raise FormatError('is not a text file (it holds zero bytes)')
     text = data.removeprefix(b'\xef\xbb\xbf')
+    if b',' in text and DECIMAL_COMMAS.search(text[:4096]):
+        text = text.replace(b',', b'.')
     for old, new in ((b'//', b'#'), (b'%', b'#'), (b',', b' '), (b';', b' ')):
         if old in text:
             text = text.replace(old, new)

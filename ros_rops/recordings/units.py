@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Metres or millimetres, stated or inferred from the extent."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from ros_rops.core.errors import ParameterError
-from ros_rops.core.types import Floats, Units
+from ros_rops.core.types import Floats, RangeView, Units
 
 LARGEST_M = 10.0
 """An object on a scanning station is smaller than this many metres: beyond, it is millimetres."""
@@ -41,3 +43,27 @@ def resolve_units(points: Floats, stated: str) -> tuple[Units, str]:
         return 'unknown', 'units unknown: all points coincide'
     units: Units = 'mm' if diagonal > LARGEST_M else 'm'
     return units, f'units inferred: {units} (the bounding box measures {diagonal:.3g} across)'
+
+
+def convert(view: RangeView, units: Units) -> RangeView:
+    """
+    Return a view with its lengths in other units, so that views of both kinds can be mixed.
+
+    Parameters
+    ----------
+    view : RangeView
+    units : {'m', 'mm'}
+
+    Raises
+    ------
+    ParameterError
+        If the view's own units, or those asked for, are unknown.
+    """
+    if 'unknown' in (view.units, units):
+        raise ParameterError(f'units: cannot convert {view.name!r} from {view.units} to {units}')
+    if view.units == units:
+        return view
+    factor = 1000.0 if units == 'mm' else 0.001
+    x, y, z = view.sensor.origin
+    sensor = replace(view.sensor, origin=(x * factor, y * factor, z * factor))
+    return replace(view, points=view.points * factor, sensor=sensor, units=units)

@@ -54,6 +54,12 @@ def test_truncated_range_grid(tmp_path, kind, cut):
         read_view(path)
 
 
+def test_windows_line_ends(tmp_path):
+    path = tmp_path / 'scan.ply'
+    path.write_bytes(grid_file('ascii').replace(b'\n', b'\r\n'))
+    np.testing.assert_array_equal(read_view(path).grid, GRID)
+
+
 def test_gzip(tmp_path):
     path = tmp_path / 'scan.ply.gz'
     path.write_bytes(gzip.compress(grid_file('ascii')))

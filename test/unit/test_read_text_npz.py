@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from ros_rops.core.errors import InputError, ParameterError
+from ros_rops.core.types import RangeView, SensorModel
 from ros_rops.recordings.reader import read_view, read_view_noted
+from ros_rops.recordings.units import convert
 
 XYZ = [[1.0, 2.0, -3.5], [4.0, 5.0, -6.25], [7.0, 8.0, -9e-1]]
 TEXTS = {
@@ -17,6 +19,9 @@ TEXTS = {
     'tabs, no last newline': '1\t2\t-3.5\n4\t5\t-6.25\n7\t8\t-9e-1',
     'windows': '1 2 -3.5\r\n4 5 -6.25\r\n7 8 -9e-1\r\n',
     'commas': 'x, y, z\n1, 2, -3.5\n4,5,-6.25\n7,8,-9e-1\n',
+    'decimal commas': '1,0;2,0;-3,5\n4,0;5,0;-6,25\n7,0;8,0;-0,9\n',
+    'decimal commas, tabs': 'x\ty\tz\r\n1,0\t2,0\t-3,5\r\n4,0\t5,0\t-6,25\r\n7,0\t8,0\t-0,9',
+    'comma and blank': '1.0, 2.0, -3.5\n4.0 ,5, -6.25\n7,8,-9e-1\n',
     'semicolons': '1;2;-3.5\n4;5;-6.25\n7;8;-9e-1\n',
     'count first': '3\n1 2 -3.5\n4 5 -6.25\n7 8 -9e-1\n',
     'comments': '# a scan\n// of mine\n1 2 -3.5\n\n4 5 -6.25 # odd\n% end\n7 8 -9e-1\n',
@@ -159,6 +164,19 @@ def test_units_far_from_the_origin_and_without_extent(tmp_path):
     view = read_view(path)
     assert view.units == 'unknown'
     assert len(view.points) == 5  # duplicated points are the engine's to judge
+
+
+def test_convert_units():
+    view = RangeView('v', np.array([[1.0, 2.0, 3.0]]), sensor=SensorModel('pinhole', (0, 0, 2.0)),
+                     units='m')
+    other = convert(view, 'mm')
+    np.testing.assert_allclose(other.points, [[1000, 2000, 3000]])
+    assert other.sensor.origin == (0, 0, 2000)
+    assert other.units == 'mm'
+    np.testing.assert_allclose(convert(other, 'm').points, view.points)
+    assert convert(view, 'm') is view
+    with pytest.raises(ParameterError, match="'u' from unknown to m"):
+        convert(RangeView('u', view.points), 'm')
 
 
 def test_choices_are_checked(tmp_path):
