@@ -26,7 +26,7 @@ class ViewFile:
     ----------
     path : Path
     name : str
-        The view's name: the file's, behind its folder's where two files have the same.
+        The view's name: the file's, behind as many folders as tell it from the others'.
     """
 
     path: Path
@@ -98,17 +98,24 @@ def find_views(inputs: Sequence[str | os.PathLike[str]]) -> list[ViewSource]:
         raise InputError('no input named')
     paths = [path for name in inputs for path in _expand(Path(name))]
     unique = list({path.resolve(): path for path in paths}.values())
-    shared = Counter(path.name for path in unique)
-    return [_source(path, clashes=shared[path.name] > 1) for path in unique]
+    names = _distinct_names(unique)
+    return [
+        Recording(path) if _is_recording(path) else ViewFile(path, name)
+        for path, name in zip(unique, names, strict=True)
+    ]
 
 
-def _source(path: Path, *, clashes: bool) -> ViewSource:
-    if _is_recording(path):
-        return Recording(path)
-    folder = path.resolve().parent
-    if folder.name == 'views':
-        folder = folder.parent
-    return ViewFile(path, f'{folder.name}/{path.name}' if clashes else path.name)
+def _distinct_names(paths: Sequence[Path]) -> list[str]:
+    """Return the shortest ends of the paths that are distinct, `views` folders left out."""
+    parts = [[part for part in path.resolve().parts if part != 'views'] for path in paths]
+    names = [part[-1] for part in parts]
+    for length in range(2, max(map(len, parts), default=0) + 1):
+        shared = Counter(names)
+        for k, part in enumerate(parts):
+            if shared[names[k]] > 1:
+                names[k] = '/'.join(part[-length:])
+    distinct = len(set(names)) == len(names)
+    return names if distinct else [str(path) for path in paths]
 
 
 def _is_recording(path: Path) -> bool:

@@ -216,6 +216,20 @@ def test_find_views(tmp_path):
     assert names_of(sources) == ['single.npz', 'a/v9.ply', 'v10.ply', 'b/v9.ply']
 
 
+def test_equal_names_are_told_apart_by_their_folders(tmp_path):
+    for folder in ('p/set', 'q/set', 'q/other'):
+        (tmp_path / folder).mkdir(parents=True)
+        write_view(tmp_path / folder / 'v.ply', some_view('x'))
+    write_view(tmp_path / 'w.ply', some_view('x'))
+    folders = [tmp_path / f for f in ('p/set', 'q/set', 'q/other', 'w.ply')]
+    assert names_of(find_views(folders)) == ['p/set/v.ply', 'q/set/v.ply', 'other/v.ply', 'w.ply']
+    (tmp_path / 'q' / 'views').mkdir()
+    twins = [tmp_path / 'q' / 'v.ply', tmp_path / 'q' / 'views' / 'v.ply']
+    for twin in twins:
+        write_view(twin, some_view('x'))
+    assert names_of(find_views(twins)) == [str(twin) for twin in twins]
+
+
 def test_damaged_view_does_not_end_the_rest(tmp_path):
     write_view(tmp_path / 'v1.ply', some_view('x'))
     (tmp_path / 'v2.ply').write_bytes((tmp_path / 'v1.ply').read_bytes()[:-9])
