@@ -85,19 +85,30 @@ def make_jobs(
     ]
 
 
-def run_job(job: Job) -> dict[str, Any]:
+def engine_session(job: Job) -> Any:
+    """Return the engine's own session for a job."""
+    from ros_rops.pipeline.session import Session
+
+    return Session(job.config, threads=job.threads, units=job.units)
+
+
+def run_job(job: Job, open_session: Callable[[Job], Any] = engine_session) -> dict[str, Any]:
     """
     Run one session and judge it; peak memory is read before the judging.
+
+    Parameters
+    ----------
+    job : Job
+    open_session : callable
+        Makes what has the methods of `Session`.
 
     Returns
     -------
     dict
         The numbers of the case as plain JSON values.
     """
-    from ros_rops.pipeline.session import Session
-
+    session = open_session(job)
     start, start_cpu = time.perf_counter(), time.process_time()
-    session = Session(job.config, threads=job.threads, units=job.units)
     for view in job.views:
         session.add(view)
     added = time.perf_counter()
