@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from ros_rops.bench.evaluate import KnownView
 from ros_rops.bench.multiview import Job, multiview_table, run_all, shuffled
+from ros_rops.bench.resolution import mesh_resolution
 from ros_rops.bench.settings import add_common_arguments, config_of, report, SEED, teller
-from ros_rops.bench.truth import mesh_resolution
 from ros_rops.core.config import Config
 from ros_rops.core.errors import ParameterError
 from ros_rops.recordings.reader import read_mesh
@@ -35,7 +35,7 @@ def known_captures(captures: list[Capture], dres: float) -> dict[str, KnownView]
     """Return the truth of captures, exact, by the name of the view."""
     return {
         one.view.name: KnownView(
-            one.object, one.T_world_view, one.view.units, dres, one.view.points.mean(axis=0),
+            one.object_name, one.T_world_view, one.view.units, dres, one.view.points.mean(axis=0),
             one.view.points)
         for one in captures
     }

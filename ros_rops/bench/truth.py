@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from ros_rops.core.config import Config
+from ros_rops.bench.resolution import mesh_resolution
 from ros_rops.core.errors import InputError
-from ros_rops.core.mesh import build_mesh
 from ros_rops.core.types import Floats, RangeView, Units
 from ros_rops.recordings.dataset import read_dataset
 from ros_rops.recordings.poses import POSES_NAME
@@ -57,11 +56,6 @@ class ReferenceSet:
             return None
         T: Floats = np.linalg.inv(self.T_world_view[target]) @ self.T_world_view[source]
         return T
-
-
-def mesh_resolution(view: RangeView) -> float:
-    """Return the mean edge length of the mesh of one view, in the view's units."""
-    return build_mesh(view, Config().mesh).resolution
 
 
 def units_factor(units: str, target: str) -> float:

@@ -42,7 +42,8 @@ class Oracle:
             T = known.T_world_view.copy()
             T[:3, 3] *= units_factor(known.units, self.job.units)
             label = 0 if self.merge else known.label
-            shapes.setdefault(label, []).append(SimpleNamespace(name=name, T_object_view=frame @ T))
+            view = SimpleNamespace(name=name, T_object_view=frame @ T)
+            shapes.setdefault(label, []).append(view)
         self.objects = tuple(
             SimpleNamespace(id=k, views=views) for k, views in enumerate(shapes.values()))
 
