@@ -31,8 +31,7 @@ def test_a_lattice_has_the_mean_of_its_edges(size):
     SensorModel()])
 def test_points_without_a_grid_give_the_same(sensor):
     view = replace(lattice(), grid=None, sensor=sensor)
-    # The pinhole sees the lattice of a plane parallel to neither axis of its image: the outer
-    # triangulation may differ by slivers along the rim.
+    # Along the rim of an image that is not square to the lattice, slivers may come in.
     assert mesh_resolution(view) == pytest.approx(LATTICE, rel=0.02)
 
 
