@@ -6,11 +6,11 @@ import json
 
 import numpy as np
 import pytest
+from reference.bench_sets import random_pose, strip_set, turned
 from ros_rops.bench.evaluate import evaluate, evaluate_run, known_views
 from ros_rops.bench.run_folder import match_names, read_run
 from ros_rops.core.errors import InputError
 from ros_rops.recordings.writers import write_dataset, write_poses
-from unit.bench_sets import random_pose, strip_set, turned
 
 
 def write_run(folder, dataset, *, units='m', factor=1.0, moved=None, left_out=(), prefix='',

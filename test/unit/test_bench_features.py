@@ -4,10 +4,10 @@
 
 import numpy as np
 import pytest
+from reference.bench_sets import random_pose
 from ros_rops.bench.feature_quality import (
     area_under_precision_recall, joined, match, Matches, quality)
 from ros_rops.core.types import Features
-from unit.bench_sets import random_pose
 
 
 def features(positions, descriptors):

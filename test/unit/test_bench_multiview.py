@@ -7,12 +7,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from reference.bench_sets import random_pose, strip_set
 from ros_rops.bench.multiview import make_jobs, multiview_table, named_views, run_job, shuffled
 from ros_rops.bench.synthetic import make_job
 from ros_rops.bench.truth import units_factor
 from ros_rops.core.config import Config
 from ros_rops.recordings.synthetic import Model
-from unit.bench_sets import random_pose, strip_set
 
 KEYS = {
     'datasets', 'order', 'views', 'placed', 'wrong_placements', 'wrong_merges', 'splits',

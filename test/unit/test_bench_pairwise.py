@@ -7,6 +7,7 @@ from itertools import combinations
 import json
 
 import pytest
+from reference.bench_sets import Script, strip_set
 from ros_rops.bench import settings
 from ros_rops.bench.contest import Contestant, cross_pairs, errors_in, prepare_all, run_pairs
 from ros_rops.bench.evaluation import evaluate_pairs
@@ -14,7 +15,6 @@ from ros_rops.bench.machine import machine_facts, peak_rss_mib
 from ros_rops.bench.pairwise import pairwise_table, ratio_of_seconds, run_cross, run_set
 from ros_rops.core.config import Config
 from ros_rops.core.errors import InputError, ParameterError
-from unit.bench_sets import Script, strip_set
 
 KEYS = {
     'dataset', 'pairs', 'recall', 'precision', 'recall_by_overlap', 'rotation_deg',
