@@ -1,6 +1,6 @@
 # Copyright 2026 The ros_rops authors
 # SPDX-License-Identifier: Apache-2.0
-"""Triangulation of the plane; truth: Qhull where it is unique, empty circles and area elsewhere."""
+"""Plane triangulation; truth: Qhull where it is unique, empty circles and area elsewhere."""
 
 import numpy as np
 import pytest

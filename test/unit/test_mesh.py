@@ -6,12 +6,13 @@ import math
 
 import numpy as np
 import pytest
+from reference.mesh_twin import surface
 from reference.surfaces import DOWN, height_view
 from ros_rops.core.config import MeshConfig
 from ros_rops.core.errors import ShapeError, ViewError
 from ros_rops.core.mesh import build_mesh, image_plane
 from ros_rops.core.types import RangeView, SensorModel
-from ros_rops.kernels.mesh import grid_triangles, mesh_from_triangles
+from ros_rops.kernels.mesh import delaunay_triangles, grid_triangles, mesh_from_triangles
 
 
 @pytest.mark.parametrize('grid', [True, False])
@@ -130,6 +131,30 @@ def test_image_plane_of_a_pinhole_is_the_tangent():
     uv, indices = image_plane(SensorModel('pinhole'), points)
     assert indices.tolist() == [0]
     assert sorted(np.abs(uv[0])) == pytest.approx([0.25, 0.5])
+
+
+@pytest.mark.parametrize('seed', range(3))
+def test_kernel_equals_the_twin(seed):
+    random = np.random.default_rng(seed)
+    uv = random.random((400, 2)) * 20
+    step = np.where(uv[:, 0] > 12, 3.0, 0.0)
+    points = np.c_[uv, 2 * np.sin(uv[:, 0]) + step + random.normal(size=400) * 0.1]
+    rays = random.normal(size=(400, 3)) * 0.1 + [0, 0, 1]
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    candidates = delaunay_triangles(uv)
+    found = mesh_from_triangles(points, rays, candidates, 2.5, 0.3)
+    faces, normals, boundary, resolution = surface(points, rays, candidates, 2.5, 0.3)
+    assert 0.2 * len(candidates) < len(faces) < 0.9 * len(candidates)
+    assert np.array_equal(found.faces, faces)
+    assert np.allclose(found.normals, normals, atol=1e-12)
+    assert np.array_equal(found.boundary, boundary)
+    assert found.resolution == pytest.approx(resolution, rel=1e-12)
+
+
+def test_points_on_a_slanted_line_are_no_surface():
+    t = np.random.default_rng(4).random(300)[:, None]
+    with pytest.raises(ViewError, match='no triangle'):
+        build_mesh(RangeView('line', t * [0.3, 0.7, 0.9], None, DOWN), MeshConfig())
 
 
 def test_kernel_faces_check_shapes():
