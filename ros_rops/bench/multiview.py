@@ -15,6 +15,8 @@ import numpy as np
 from ros_rops.bench.evaluate import evaluate, known_views, KnownView
 from ros_rops.bench.judgement import Placement
 from ros_rops.bench.machine import peak_rss_mib
+from ros_rops.bench.peers import open3d_missing
+from ros_rops.bench.peers_multiway import run_multiway
 from ros_rops.bench.run_folder import Run
 from ros_rops.bench.settings import (
     add_common_arguments, config_of, load_all, report, SEED, teller)
@@ -118,7 +120,7 @@ def run_job(job: Job, open_session: Callable[[Job], Any] = engine_session) -> di
     found = run_of(session, job)
     evaluation = evaluate(found, job.known)
     return {
-        'case': job.case, 'datasets': list(job.datasets), 'order': job.order,
+        'case': job.case, 'by': 'ros_rops', 'datasets': list(job.datasets), 'order': job.order,
         **evaluation.numbers(), 'seconds': seconds, 'seconds_add': added - start,
         'seconds_finish': seconds - (added - start), 'cpu_seconds': cpu, 'peak_rss_mib': peak,
         'shapes': dict(Counter(p.shape for p in found.placements.values())),
@@ -162,13 +164,14 @@ def multiview_table(cases: Sequence[Mapping[str, Any]]) -> str:
     for case in cases:
         residuals = [o['residual_dres'] for o in case['objects'] if o['residual_dres'] is not None]
         rows.append([
-            ' + '.join(case['datasets']), case['order'], f'{case["placed"]}/{case["views"]}',
+            ' + '.join(case['datasets']), case['by'], case['order'], f'{case["placed"]}/{case["views"]}',
             case['wrong_placements'], case['wrong_merges'], case['splits'],
             case['mean_rotation_deg'], case['max_rotation_deg'], case['mean_translation_dres'],
             case['max_translation_dres'], ' '.join(f'{value:.4f}' for value in residuals) or None,
-            case['attempts'], case['seconds'], round(case['peak_rss_mib'])])
+            case['attempts'], case['seconds'],
+            None if case['peak_rss_mib'] is None else round(case['peak_rss_mib'])])
     return table(
-        ['datasets', 'order', 'placed', 'wrong', 'merges', 'splits', 'deg', 'max deg', 'dres',
+        ['datasets', 'by', 'order', 'placed', 'wrong', 'merges', 'splits', 'deg', 'max deg', 'dres',
          'max dres', 'residual', 'attempts', 's', 'MiB'], rows)
 
 
@@ -181,6 +184,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--orders', type=int, default=0, metavar='N',
         help='N random orders (default: the natural order)')
     parser.add_argument('--seed', type=int, default=0, help='seed of the first order')
+    parser.add_argument(
+        '--peers', action='store_true',
+        help="Open3D's all pairs and pose graph on each data set in the same run (slow)")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -195,5 +201,8 @@ def run(args: argparse.Namespace) -> int:
             group, config, orders=args.orders, seed=args.seed, threads=args.threads)
     ]
     cases = run_all(jobs, tell)
-    report(args, cases, multiview_table(cases))
+    missing = open3d_missing() if args.peers else None
+    if args.peers and not missing:
+        cases += [run_multiway(one, tell) for one in sets]
+    report(args, cases, multiview_table(cases) + (f'{missing}\n' if missing else ''))
     return 0
