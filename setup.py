@@ -93,6 +93,7 @@ setup(
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
         (f'share/{PACKAGE}/config', ['config/default.yaml']),
+        (f'share/{PACKAGE}/bags', ['bags/demo.mcap', 'bags/demo_poses.json']),
     ],
     install_requires=[
         'matplotlib>=3.8,<4',

@@ -1,0 +1,52 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""Options that several verbs take."""
+
+import argparse
+from pathlib import Path
+
+from ros_rops.core.config import Config
+from ros_rops.pipeline.parameters import load_config, parse_assignments
+
+SEED = 'pairwise.seed'
+
+
+def add_engine_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare what the engine is run with."""
+    parser.add_argument(
+        '--config', type=Path, metavar='YAML', help='ROS parameter file; the rest are defaults')
+    parser.add_argument(
+        '--set', dest='assignments', action='append', default=[], metavar='name=value',
+        help='one parameter, over the file; may be given again (names: see README or config.yaml)')
+    parser.add_argument(
+        '--seed', type=int, metavar='N', help='seed of everything random, the same as --set '
+        f'{SEED}=N')
+    parser.add_argument(
+        '--threads', type=_threads, default=0, metavar='N',
+        help='threads; 0, the default, for all cores. The result does not depend on it')
+    parser.add_argument(
+        '--units', choices=('auto', 'm', 'mm'), default='auto',
+        help='units of the input; auto, the default, takes what it states or infers them')
+
+
+def config_of(args: argparse.Namespace) -> Config:
+    """
+    Return the parameters: defaults, the file's over them, the options' over these.
+
+    Raises
+    ------
+    ParameterError
+        If the file or an option is at fault.
+    """
+    config = load_config(args.config) if args.config else Config()
+    changes = parse_assignments(args.assignments)
+    if args.seed is not None:
+        changes[SEED] = args.seed
+    return Config.from_flat({**config.to_flat(), **changes})
+
+
+def _threads(text: str) -> int:
+    count = int(text)
+    if count < 0:
+        raise argparse.ArgumentTypeError(f'{count} is below 0')
+    return count

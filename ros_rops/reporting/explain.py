@@ -1,0 +1,159 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""Where correspondences were lost: the trace of a run in words."""
+
+from collections.abc import Iterable, Mapping, Sequence
+import json
+from pathlib import Path
+from typing import Any
+
+from ros_rops.core.errors import InputError, ParameterError
+from ros_rops.reporting.table import columns, number
+
+Attempt = Mapping[str, Any]
+
+
+def explain(folder: Path, names: Sequence[str] = ()) -> str:
+    """
+    Return the explanation of a run, of a view, or of a pair of views.
+
+    Parameters
+    ----------
+    folder : Path
+        A run folder that `write_run` wrote.
+    names : sequence of str
+        None, one or two views, by their names or an ending of these that fits one view only.
+
+    Raises
+    ------
+    InputError
+        If the folder's `poses.json` or `trace.json` cannot be read.
+    ParameterError
+        If a name fits no view of the run, or several.
+    """
+    poses, trace = _read(folder / 'poses.json'), _read(folder / 'trace.json')
+    try:
+        views = {view['name']: view for view in poses['views']}
+        homes = {
+            view['name']: f'object_{item["id"]}'
+            for item in poses['objects'] for view in item['views']}
+        attempts = trace['attempts']
+        if not names:
+            return _run_text(views, attempts)
+        found = [_find(name, views) for name in names]
+        if len(found) == 1:
+            return _view_text(views[found[0]], _of_view(attempts, found[0]))
+        return _pair_text([views[name] for name in found], _of_pair(attempts, found, homes))
+    except (KeyError, TypeError, AttributeError) as error:
+        raise InputError(f'{folder}: is not a run folder of this program ({error!r})') from None
+
+
+def _read(path: Path) -> Any:
+    try:
+        return json.loads(path.read_text(encoding='utf-8'))
+    except OSError as error:
+        raise InputError(f'{path}: cannot be read ({error.strerror or error})') from None
+    except ValueError as error:
+        raise InputError(f'{path}: is no JSON ({error})') from None
+
+
+def _find(name: str, views: Iterable[str]) -> str:
+    known = list(views)
+    fitting = [name] if name in known else [one for one in known if one.endswith(name)]
+    if len(fitting) == 1:
+        return fitting[0]
+    if fitting:
+        raise ParameterError(f'VIEW: {name!r} fits {len(fitting)} views: {", ".join(fitting)}')
+    raise ParameterError(f'VIEW: the run has no {name!r}; its views: {", ".join(known)}')
+
+
+def _of_view(attempts: Sequence[Attempt], name: str) -> list[Attempt]:
+    return [one for one in attempts if name in (one['source'], one['target'])]
+
+
+def _of_pair(
+    attempts: Sequence[Attempt], names: Sequence[str], homes: Mapping[str, str]
+) -> list[Attempt]:
+    a, b = names
+    wanted = [{a, b}, {a, homes.get(b)}, {b, homes.get(a)}]
+    return [one for one in attempts if {one['source'], one['target']} in wanted]
+
+
+def _run_text(views: Mapping[str, Any], attempts: Sequence[Attempt]) -> str:
+    rows = [['view', 'status', 'tried', 'lost']]
+    for name, view in views.items():
+        own = _of_view(attempts, name)
+        rows.append([name, view['status'], str(len(own)), _view_verdict(view, own)])
+    return columns(rows)
+
+
+def _view_verdict(view: Mapping[str, Any], attempts: Sequence[Attempt]) -> str:
+    if view['status'] == 'placed':
+        return ''
+    if not attempts:
+        return f'no registration was tried: {view["reason"]}'
+    best = max(attempts, key=_depth)
+    return f'furthest with {_other(best, view["name"])}: {lost(best)}'
+
+
+def _other(attempt: Attempt, name: str) -> str:
+    target = attempt['target']
+    return str(attempt['source'] if target == name else target)
+
+
+def _depth(attempt: Attempt) -> tuple[bool, int, float]:
+    """Order attempts by how far they came: accepted, stages survived, score."""
+    survived = 0
+    for _, value in _counts(attempt):
+        if not value:
+            break
+        survived += 1
+    score = attempt['numbers'].get('score')
+    return attempt['status'] == 'placed', survived, -1e9 if score is None else score
+
+
+def _counts(attempt: Attempt) -> list[tuple[str, int]]:
+    """Return what was left after each stage: the whole numbers, in the order of the stages."""
+    return [
+        (name, value) for name, value in attempt['numbers'].items() if isinstance(value, int)]
+
+
+def lost(attempt: Attempt) -> str:
+    """Return where the correspondences of an attempt were lost, in a sentence."""
+    if attempt['status'] == 'placed':
+        return 'accepted'
+    before = ''
+    for name, value in _counts(attempt):
+        if value == 0:
+            return f'no {name} left{before}: {attempt["reason"]}'
+        before = f' of {value} {name}'
+    return f'refused by the verdict: {attempt["reason"]}'
+
+
+def _view_text(view: Mapping[str, Any], attempts: Sequence[Attempt]) -> str:
+    head = f'{view["name"]}: {view["status"]}'
+    if view['object'] is not None:
+        head += f' in object {view["object"]}'
+    if view['reason']:
+        head += f': {view["reason"]}'
+    return head + '\n\n' + _attempts_text(attempts)
+
+
+def _pair_text(views: Sequence[Mapping[str, Any]], attempts: Sequence[Attempt]) -> str:
+    heads = [_view_text(view, ()).split('\n', 1)[0] for view in views]
+    return '\n'.join(heads) + '\n\n' + _attempts_text(attempts)
+
+
+def _attempts_text(attempts: Sequence[Attempt]) -> str:
+    if not attempts:
+        return 'no registration was tried\n'
+    return '\n'.join(_attempt_text(attempt) for attempt in attempts)
+
+
+def _attempt_text(attempt: Attempt) -> str:
+    """Return one attempt: a line a stage, the whole numbers as what was left."""
+    rows = [
+        [f'  {name}', number(value)] for name, value in attempt['numbers'].items()
+    ] + [[f'  {name}', f'{number(value)} s'] for name, value in attempt['seconds'].items()]
+    head = f'{attempt["source"]} against {attempt["target"]}: {lost(attempt)}\n'
+    return head + (columns(rows) if rows else '')

@@ -1,0 +1,130 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The run folder.
+
+| file | what |
+|---|---|
+| `poses.json` | the result: objects, poses, the word on every view |
+| `object_<id>.ply` | the object's views assembled: points, normals, colours, view id |
+| `config.yaml` | all parameters, as a ROS parameter file that `--config` takes again |
+| `metrics.json` | times per stage, attempts, versions, machine |
+| `trace.json` | every registration attempted: what was left after each stage |
+| `picture.png` | the objects from three sides, and what was not placed |
+
+Beside the folder, `latest` points to the last one written.
+"""
+
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+import json
+from pathlib import Path
+import re
+from typing import Any
+
+from ros_rops.core.errors import InputError
+from ros_rops.core.types import Status
+from ros_rops.pipeline.parameters import dump_config
+from ros_rops.recordings.writers import write_object
+from ros_rops.reporting.clouds import assemble, ObjectCloud
+from ros_rops.reporting.picture import draw_objects
+from ros_rops.reporting.poses import plain, poses_document, trace_document
+from ros_rops.reporting.run import Run
+
+LATEST = 'latest'
+
+
+def prepare_folder(folder: Path) -> None:
+    """
+    Make the run folder, and take out what an earlier run left in it.
+
+    Called before the work begins, so that a run whose result cannot be written does not start.
+
+    Raises
+    ------
+    InputError
+        If it cannot be made or written to.
+    """
+    with _writing(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        if (folder / 'poses.json').exists():
+            for stale in folder.glob('object_*.ply'):
+                stale.unlink()
+        probe = folder / 'poses.json'
+        probe.write_text('', encoding='utf-8')
+        probe.unlink()
+
+
+def write_run(folder: Path, run: Run, *, picture: bool = True) -> dict[str, Any]:
+    """
+    Write everything and return the content of `poses.json`.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be written; the text names it.
+    """
+    document = poses_document(run)
+    with _writing(folder):
+        clouds = _write_objects(folder, run)
+        (folder / 'config.yaml').write_text(dump_config(run.config), encoding='utf-8')
+        _write_json(folder / 'metrics.json', metrics_document(run))
+        _write_json(folder / 'trace.json', trace_document(run))
+        if picture:
+            draw_objects(folder / 'picture.png', clouds, document['views'])
+        _write_json(folder / 'poses.json', document)
+        point_latest(folder)
+    return document
+
+
+def metrics_document(run: Run) -> dict[str, Any]:
+    """Return what `metrics.json` says; times in seconds."""
+    counts = Counter(view['status'] for view in poses_document(run)['views'])
+    return {
+        'views': {status.value: counts[status.value] for status in Status},
+        'objects': len(run.session.objects),
+        'attempts': run.session.attempts,
+        'stage_seconds': plain(run.session.stage_seconds),
+        **plain(run.facts),
+    }
+
+
+def point_latest(folder: Path) -> None:
+    """Let `latest` beside `folder` point to it, unless something else has that name."""
+    link = folder.resolve().parent / LATEST
+    if link.is_symlink():
+        link.unlink()
+    if not link.exists():
+        link.symlink_to(folder.resolve().name)
+
+
+def _write_objects(folder: Path, run: Run) -> dict[int, ObjectCloud]:
+    clouds = {}
+    for model in run.session.objects:
+        cloud = assemble(model, run.session.views, run.config, run.order)
+        write_object(
+            folder / f'object_{model.id}.ply', cloud.points, normals=cloud.normals,
+            colors=cloud.colors, view_ids=cloud.view_ids)
+        clouds[model.id] = cloud
+    return clouds
+
+
+def _write_json(path: Path, content: dict[str, Any]) -> None:
+    text = json.dumps(content, indent=1, allow_nan=False, ensure_ascii=False)
+    # A row of a matrix on a line; within a string a line never breaks.
+    text = re.sub(r'\[\s+([-+.\deE,\s]+?)\s+\]', _row, text)
+    path.write_text(text + '\n', encoding='utf-8')
+
+
+def _row(found: re.Match[str]) -> str:
+    return '[' + ' '.join(found.group(1).split()) + ']'
+
+
+@contextmanager
+def _writing(folder: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        place = error.filename or folder
+        raise InputError(f'{place}: cannot be written ({error.strerror or error})') from error

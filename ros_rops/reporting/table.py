@@ -1,0 +1,54 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""The result as a table of text."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+# Numbers of a verdict that are worth a column, where the views have them.
+COLUMNS = ('overlap', 'residual_mr', 'score')
+
+
+def columns(rows: Sequence[Sequence[str]]) -> str:
+    """Return `rows` with their cells aligned to columns; the last column is not padded."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    widths[-1] = 0
+    return ''.join(
+        '  '.join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        + '\n' for row in rows)
+
+
+def number(value: object) -> str:
+    """Return a number with three significant digits, '-' for none."""
+    if value is None or isinstance(value, str):
+        return '-'
+    if isinstance(value, float):
+        return f'{value:.3g}'
+    return str(value)
+
+
+def result_table(document: Mapping[str, Any]) -> str:
+    """Return the table of a `poses.json`: a line a view, then a line an object and the sum."""
+    views = document['views']
+    extra = [key for key in COLUMNS if any(view.get(key) is not None for view in views)]
+    rows = [['view', 'status', 'object', *extra, 'reason']]
+    for view in views:
+        rows.append([
+            view['name'], view['status'], number(view['object']),
+            *(number(view.get(key)) for key in extra), view['reason']])
+    return columns(rows) + '\n' + summary(document)
+
+
+def summary(document: Mapping[str, Any]) -> str:
+    """Return the sentences below the table."""
+    views, objects = document['views'], document['objects']
+    lines = [f'object {item["id"]}: {_count(len(item["views"]), "view")}' for item in objects]
+    placed = sum(view['status'] == 'placed' for view in views)
+    lines.append(
+        f'{placed} of {_count(len(views), "view")} placed in {_count(len(objects), "object")}; '
+        f'{_count(document["attempts"], "registration")} attempted')
+    return '\n'.join(lines) + '\n'
+
+
+def _count(count: int, what: str) -> str:
+    return f'{count} {what}' if count == 1 else f'{count} {what}s'
