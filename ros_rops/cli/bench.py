@@ -16,7 +16,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the cases and their options."""
     cases = parser.add_subparsers(dest='case', required=True, metavar='CASE')
     for name, case in CASES.items():
-        case.add_arguments(cases.add_parser(name, help=case.help, description=case.help))
+        case.add_arguments(cases.add_parser(name, help=case.summary, description=case.summary))
 
 
 def run(args: argparse.Namespace) -> int:

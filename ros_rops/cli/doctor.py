@@ -19,6 +19,8 @@ import sys
 import tempfile
 from typing import NamedTuple
 
+from ros_rops.core.errors import KernelMissingError
+
 NEEDED = ('numpy', 'scipy', 'pyyaml', 'matplotlib', 'mcap', 'mcap-ros2-support')
 
 
@@ -62,15 +64,11 @@ def packages() -> Finding:
 
 def kernels() -> Finding:
     """Check the built module."""
-    if importlib.util.find_spec('ros_rops.kernels._kernels') is None:
-        return Finding(
-            'FAIL', 'C++ kernels: not built; run `pip install .` in the source tree (needs g++)')
     try:
-        importlib.import_module('ros_rops.kernels._kernels')
-    except ImportError as error:
-        return Finding('FAIL', f'C++ kernels: built for another Python or system ({error}); build '
-                       'them again with `pip install .`')
-    return Finding('OK', 'C++ kernels are built')
+        importlib.import_module('ros_rops.kernels')
+    except KernelMissingError as error:
+        return Finding('FAIL', str(error))
+    return Finding('OK', 'the C++ kernels are built')
 
 
 def threads() -> Finding:
@@ -98,8 +96,8 @@ def disk() -> Finding:
 def open3d() -> Finding:
     """Check the peer of the benchmark, in a process of its own: a broken one may abort."""
     if importlib.util.find_spec('open3d') is None:
-        return Finding('WARN', "Open3D: not installed; only `rops bench` compares with it "
-                       "(pip install 'ros_rops[bench]')")
+        return Finding('WARN', 'Open3D: not installed; only `rops bench` compares with it '
+                       '(pip install ros_rops[bench])')
     done = subprocess.run(
         [sys.executable, '-c', 'import open3d'], capture_output=True, text=True, check=False)
     if done.returncode:

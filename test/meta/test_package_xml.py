@@ -32,7 +32,7 @@ KEYS = {
     'visualization_msgs': 'visualization_msgs',
     'yaml': 'python3-yaml',
 }
-OURS = ('ros_rops', 'msg_adapters', 'meta', 'reference')
+OURS = ('ros_rops', 'msg_adapters', 'meta', 'oracle', 'property', 'reference', 'unit')
 # Brought by every ament_python build.
 IMPLIED = {'python3-setuptools'}
 # Loaded by name, not by an import statement.
