@@ -142,11 +142,11 @@ def run_of(session: Any, job: Job) -> Run:
         statuses=statuses, centroids={}, attempts=session.attempts)
 
 
-def run_apart(job: Job) -> dict[str, Any]:
-    """Run a job in a fresh process, so that no other job's memory counts."""
+def run_apart(job: Job, open_session: Callable[[Job], Any] = engine_session) -> dict[str, Any]:
+    """Run a job in a fresh process, so that no other job's memory counts; as `run_job`."""
     context = multiprocessing.get_context('spawn')
     with ProcessPoolExecutor(1, mp_context=context) as pool:
-        return pool.submit(run_job, job).result()
+        return pool.submit(run_job, job, open_session).result()
 
 
 def run_all(jobs: Sequence[Job], tell: Callable[[str], None]) -> list[dict[str, Any]]:
@@ -164,15 +164,16 @@ def multiview_table(cases: Sequence[Mapping[str, Any]]) -> str:
     for case in cases:
         residuals = [o['residual_dres'] for o in case['objects'] if o['residual_dres'] is not None]
         rows.append([
-            ' + '.join(case['datasets']), case['by'], case['order'], f'{case["placed"]}/{case["views"]}',
+            ' + '.join(case['datasets']), case['by'], case['order'],
+            f'{case["placed"]}/{case["views"]}',
             case['wrong_placements'], case['wrong_merges'], case['splits'],
             case['mean_rotation_deg'], case['max_rotation_deg'], case['mean_translation_dres'],
             case['max_translation_dres'], ' '.join(f'{value:.4f}' for value in residuals) or None,
             case['attempts'], case['seconds'],
             None if case['peak_rss_mib'] is None else round(case['peak_rss_mib'])])
     return table(
-        ['datasets', 'by', 'order', 'placed', 'wrong', 'merges', 'splits', 'deg', 'max deg', 'dres',
-         'max dres', 'residual', 'attempts', 's', 'MiB'], rows)
+        ['datasets', 'by', 'order', 'placed', 'wrong', 'merges', 'splits', 'deg', 'max deg',
+         'dres', 'max dres', 'residual', 'attempts', 's', 'MiB'], rows)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Small data sets with exact poses, and engines whose answers are known, for the bench's tests."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from types import SimpleNamespace
 
 import numpy as np
 from ros_rops.bench.contest import Answer, Contestant
-from ros_rops.bench.truth import ReferenceSet
+from ros_rops.bench.truth import ReferenceSet, units_factor
 from ros_rops.core.types import RangeView, Status
 from scipy.spatial.transform import Rotation
 
@@ -56,3 +57,31 @@ class Script:
 
     def contestant(self):
         return Contestant('script', lambda view: view, self.register)
+
+
+@dataclass
+class Oracle:
+    """A session that places every view where its job's truth says, in the job's units."""
+
+    job: object
+    merge: bool = False
+    added: list = field(default_factory=list)
+    objects: tuple = ()
+    mesh_resolution: float = 1.0
+    attempts: int = 12
+
+    def add(self, view):
+        self.added.append(view.name)
+
+    def finish(self):
+        frame = random_pose(np.random.default_rng(2))
+        shapes = {}
+        for name in self.added:
+            known = self.job.known[name]
+            T = known.T_world_view.copy()
+            T[:3, 3] *= units_factor(known.units, self.job.units)
+            label = 0 if self.merge else known.label
+            view = SimpleNamespace(name=name, T_object_view=frame @ T)
+            shapes.setdefault(label, []).append(view)
+        self.objects = tuple(
+            SimpleNamespace(id=k, views=views) for k, views in enumerate(shapes.values()))

@@ -2,32 +2,34 @@
 # SPDX-License-Identifier: Apache-2.0
 """Judging run folders. Truth: analytic (exact poses, written moved by known amounts)."""
 
+import argparse
 import json
 
 import numpy as np
 import pytest
 from reference.bench_sets import random_pose, strip_set, turned
 from ros_rops.bench.evaluate import evaluate, evaluate_run, known_views
+from ros_rops.bench.evaluate_command import add_arguments, run
 from ros_rops.bench.run_folder import match_names, read_run
 from ros_rops.core.errors import InputError
 from ros_rops.recordings.writers import write_dataset, write_poses
 
 
-def write_run(folder, dataset, *, units='m', factor=1.0, moved=None, left_out=(), prefix='',
+def write_run(folder, dataset, *, units='m', factor=1.0, moved=None, left_out=(), suffix='',
               centroids=False):
     """Write the poses.json that a run with exact poses (but for `moved`) would write."""
     frame = random_pose(np.random.default_rng(5))
     placed, views = [], []
     for name, T in dataset.T_world_view.items():
         here = name not in left_out
-        view = {'name': prefix + name, 'status': 'placed' if here else 'pending'}
+        view = {'name': name + suffix, 'status': 'placed' if here else 'pending'}
         if centroids:
             view['centroid'] = (factor * dataset.views[name].points.mean(axis=0)).tolist()
         views.append(view)
         if here:
             T = frame @ (moved or {}).get(name, T)
             T = np.vstack([np.hstack([T[:3, :3], T[:3, 3:] * factor]), T[3]])
-            placed.append({'name': prefix + name, 'T_object_view': T.tolist()})
+            placed.append({'name': name + suffix, 'T_object_view': T.tolist()})
     content = {
         'units': units, 'mesh_resolution': dataset.dres * factor,
         'objects': [{'id': 1, 'views': placed}], 'views': views, 'attempts': 7}
@@ -86,11 +88,7 @@ def on_disk(folder, dataset):
 
 def test_a_run_folder_against_a_dataset_folder(dataset, tmp_path):
     folder = on_disk(tmp_path / 'strips', dataset)
-    run = write_run(tmp_path / 'run', dataset)
-    text = (run / 'poses.json').read_text()
-    for name in dataset.views:
-        text = text.replace(f'"{name}"', f'"{name}.ply"')
-    (run / 'poses.json').write_text(text)
+    run = write_run(tmp_path / 'run', dataset, suffix='.ply')
     numbers = evaluate_run(run, [folder]).numbers()
     assert (numbers['placed'], numbers['wrong_placements']) == (4, 0)
     assert numbers['max_translation_dres'] < 1e-3
@@ -110,6 +108,21 @@ def test_a_run_against_a_file_of_exact_poses(dataset, tmp_path, centroids):
     assert numbers['placed'] == 4
     # Of four views one is turned by 1 degree: the mean takes a quarter of it.
     assert numbers['max_rotation_deg'] == pytest.approx(0.75, abs=1e-3)
+
+
+def test_the_command_prints_and_writes_the_numbers(dataset, tmp_path, capsys):
+    folder = on_disk(tmp_path / 'strips', dataset)
+    write_run(tmp_path / 'run', dataset, suffix='.ply', left_out=['view06'], moved={
+        'view02': turned(dataset.T_world_view['view02'], 30.0)})
+    parser = argparse.ArgumentParser()
+    add_arguments(parser)
+    file = tmp_path / 'out.json'
+    assert run(parser.parse_args(
+        [str(tmp_path / 'run'), str(folder), '--json', str(file)])) == 0
+    said = capsys.readouterr().out
+    assert '3 of 4 views placed, 1 wrongly; 0 wrong merges, 0 splits; 7 registrations' in said
+    assert 'wrong: strips/view02.ply' in said
+    assert json.loads(file.read_text())['wrong_views'] == ['strips/view02.ply']
 
 
 def test_two_objects_in_a_file_of_exact_poses(tmp_path):

@@ -2,16 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The multiview and synthetic cases. Truth: analytic (a session that knows the poses)."""
 
-from dataclasses import dataclass, field
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
-from reference.bench_sets import random_pose, strip_set
-from ros_rops.bench.multiview import make_jobs, multiview_table, named_views, run_job, shuffled
+from reference.bench_sets import Oracle, random_pose, strip_set
+from ros_rops.bench.multiview import (
+    make_jobs, multiview_table, named_views, run_apart, run_job, shuffled)
 from ros_rops.bench.peers_multiway import start_poses
 from ros_rops.bench.synthetic import make_job
-from ros_rops.bench.truth import units_factor
 from ros_rops.core.config import Config
 from ros_rops.recordings.synthetic import Model
 
@@ -19,34 +16,6 @@ KEYS = {
     'datasets', 'order', 'views', 'placed', 'wrong_placements', 'wrong_merges', 'splits',
     'mean_rotation_deg', 'max_rotation_deg', 'mean_translation_dres', 'max_translation_dres',
     'attempts', 'seconds', 'peak_rss_mib'}
-
-
-@dataclass
-class Oracle:
-    """A session that places every view where its job's truth says, in the job's units."""
-
-    job: object
-    merge: bool = False
-    added: list = field(default_factory=list)
-    objects: tuple = ()
-    mesh_resolution: float = 1.0
-    attempts: int = 12
-
-    def add(self, view):
-        self.added.append(view.name)
-
-    def finish(self):
-        frame = random_pose(np.random.default_rng(2))
-        shapes = {}
-        for name in self.added:
-            known = self.job.known[name]
-            T = known.T_world_view.copy()
-            T[:3, 3] *= units_factor(known.units, self.job.units)
-            label = 0 if self.merge else known.label
-            view = SimpleNamespace(name=name, T_object_view=frame @ T)
-            shapes.setdefault(label, []).append(view)
-        self.objects = tuple(
-            SimpleNamespace(id=k, views=views) for k, views in enumerate(shapes.values()))
 
 
 def jobs_of(*sets, orders=0):
@@ -84,6 +53,17 @@ def test_orders_are_random_complete_and_repeatable():
     assert orders == [tuple(v.name for v in job.views) for job in jobs_of(*sets, orders=3)]
     given, = jobs_of(*sets)
     assert [view.name for view in given.views] == names
+
+
+def test_a_process_of_its_own_finds_the_same():
+    job, = jobs_of(strip_set('a', starts=(0, 2, 4)))
+    here, there = run_job(job, Oracle), run_apart(job, Oracle)
+    for name in ('placed', 'mean_rotation_deg', 'max_translation_dres', 'sequence'):
+        assert here[name] == there[name]
+    # What this process holds does not count there.
+    ballast = np.ones(40_000_000)
+    assert run_apart(job, Oracle)['peak_rss_mib'] < there['peak_rss_mib'] + 100
+    assert ballast.nbytes > 300 * 2**20
 
 
 def test_the_table_names_every_case():
