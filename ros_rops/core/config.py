@@ -149,6 +149,65 @@ class RopsConfig(Group):
 
 
 @dataclass(frozen=True, slots=True)
+class MatchingConfig(Group):
+    """Feature matching (III-B)."""
+
+    neighbours: int = param(
+        5, 'Nearest features taken for each feature (the paper: 1).', low=1, high=100)
+    both_directions: bool = param(
+        True, 'Match the target to the source too (the paper: no).')
+
+
+@dataclass(frozen=True, slots=True)
+class CcvConfig(Group):
+    """Consistent correspondences verification (III-C)."""
+
+    metric: str = param(
+        'so3', 'Transforms compared by angle of rotation and at the centre of the source (so3), '
+        'or by Euler angles and raw translation vectors (euler, the paper).',
+        choices=('so3', 'euler'))
+    angle_rad: float = param(
+        0.2, 'Consistent transforms differ by less in rotation.', unit='rad', low=0.001, high=3.0)
+    distance_mr: float = param(
+        10.0, 'Consistent transforms differ by less in translation.',
+        unit='mr', low=0.1, high=1000.0)
+    simplify_mr: float = param(
+        3.0, 'Cell of the simplified surfaces whose inliers are counted.',
+        unit='mr', low=0.5, high=20.0)
+    inlier_mr: float = param(
+        2.0, 'A point this near to the other surface is an inlier.',
+        unit='mr', low=0.1, high=50.0)
+
+
+@dataclass(frozen=True, slots=True)
+class IcpConfig(Group):
+    """Fine pairwise registration (III-D, eq. 8)."""
+
+    method: str = param(
+        'point_to_plane', 'Distance minimised: to the plane of the nearest point, or to the '
+        'point itself (paper).', choices=('point_to_plane', 'paper'))
+    reject_mr: float = param(
+        2.0, 'Pairs farther apart are rejected.', unit='mr', low=0.1, high=100.0)
+    n_min: int = param(
+        500, 'Points sampled while the residual is a mesh resolution or more.',
+        low=10, high=1000000)
+    n_max: int = param(
+        2000, 'Points sampled when the residual is e^-2 mesh resolutions or less.',
+        low=10, high=1000000)
+    iterations: int = param(50, 'Most iterations.', low=1, high=1000)
+    tolerance_mr: float = param(
+        0.002, 'Done when the sample moves by less (root mean square).',
+        unit='mr', low=0.0, high=1.0)
+    seed: int = param(0, 'Of the random samples.', low=0, high=2147483647)
+
+    def __post_init__(self) -> None:
+        """Check every value, and that the sample grows."""
+        Group.__post_init__(self)
+        if self.n_min > self.n_max:
+            raise ParameterError(f'n_min: {self.n_min} is above n_max = {self.n_max}')
+
+
+@dataclass(frozen=True, slots=True)
 class FineConfig(Group):
     """Multi-view fine registration (IV-B)."""
 
@@ -193,6 +252,9 @@ class Config:
     keypoints: KeypointConfig = KeypointConfig()
     lrf: LrfConfig = LrfConfig()
     rops: RopsConfig = RopsConfig()
+    matching: MatchingConfig = MatchingConfig()
+    ccv: CcvConfig = CcvConfig()
+    icp: IcpConfig = IcpConfig()
     fine: FineConfig = FineConfig()
 
     @classmethod

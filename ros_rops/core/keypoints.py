@@ -5,6 +5,7 @@
 import numpy as np
 from ros_rops.core.config import KeypointConfig, LrfConfig
 from ros_rops.core.lrf import compute_lrfs
+from ros_rops.core.simplify import simplify
 from ros_rops.core.types import Bools, Floats, Ints, RangeMesh
 from ros_rops.kernels.features import thin
 from scipy.spatial import cKDTree
@@ -94,11 +95,7 @@ def _interior(mesh: RangeMesh, margin: float) -> Bools:
 
 def _nearest_to_simplified(mesh: RangeMesh, size: float) -> Ints:
     """Vertices nearest to those of the mesh simplified by clustering in cells of `size`."""
-    cells = np.floor((mesh.vertices - mesh.vertices.min(axis=0)) / size).astype(np.int64)
-    _, owner, count = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
-    owner = owner.reshape(-1)
-    sums = np.stack([np.bincount(owner, axis) for axis in mesh.vertices.T], axis=1)
-    _, nearest = cKDTree(mesh.vertices).query(sums / count[:, None])
+    _, nearest = cKDTree(mesh.vertices).query(simplify(mesh.vertices, size))
     return np.unique(nearest).astype(np.int32)
 
 
