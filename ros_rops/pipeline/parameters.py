@@ -10,8 +10,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 import re
 
-from ros_rops.core.config import Config, describe, ParameterInfo, Scalar
+from ros_rops.core.config import Config, describe
 from ros_rops.core.errors import ParameterError
+from ros_rops.core.parameter import ParameterInfo, Scalar
 import yaml
 
 # What a node declares by itself, and `ros2 param dump` therefore writes.
