@@ -158,8 +158,16 @@ def _residuals(
     return result
 
 
-def _notes(run: Run, known: Mapping[str, KnownView]) -> tuple[str, ...]:
+def _notes(
+    run: Run, known: Mapping[str, KnownView], at_origin: Sequence[str], unknown: Sequence[str]
+) -> tuple[str, ...]:
     notes = []
+    if at_origin:
+        notes.append(
+            'translations are measured at the origin of the views, which overstates them for a '
+            'far sensor: neither the reference nor the run states their centroids')
+    if unknown:
+        notes.append(f'placed, but without a reference: {", ".join(unknown)}')
     if run.units not in ('m', 'mm'):
         notes.append(f'units of the run are {run.units!r}: taken as those of the reference')
     given = set(match_names(list(run.statuses), list(known)).values())
@@ -182,12 +190,13 @@ def evaluate(run: Run, known: Mapping[str, KnownView], *, residuals: bool = True
     """
     placements = _placements(run, known)
     at_origin = [name for name in placements if name in known and known[name].centroid is None]
+    judgement = judge(placements, {name: _truth(view) for name, view in known.items()})
     return Evaluation(
-        judgement=judge(placements, {name: _truth(view) for name, view in known.items()}),
+        judgement=judgement,
         residuals=_residuals(placements, known) if residuals else {},
         attempts=run.attempts,
         measured_at='origin' if at_origin else 'centroid',
-        notes=_notes(run, known),
+        notes=_notes(run, known, at_origin, judgement.unknown),
     )
 
 
