@@ -1,27 +1,31 @@
 // Copyright 2026 The ros_rops authors
 // SPDX-License-Identifier: Apache-2.0
-#include "evidence.h"
+#include "evidence.hpp"
 
 #include <algorithm>
 #include <limits>
 #include <numeric>
+#include <stdexcept>
 
 namespace rops {
 namespace {
 
 void frame_grid(Field& field, const std::vector<Oriented>& vertices, int reach) {
-  Vec3 low{INFINITY, INFINITY, INFINITY}, high{-INFINITY, -INFINITY, -INFINITY};
+  Float3 low{INFINITY, INFINITY, INFINITY}, high{-INFINITY, -INFINITY, -INFINITY};
   for (const Oriented& v : vertices) {
     low = {std::min(low.x, v.point.x), std::min(low.y, v.point.y), std::min(low.z, v.point.z)};
     high = {std::max(high.x, v.point.x), std::max(high.y, v.point.y),
             std::max(high.z, v.point.z)};
   }
   const float pad = (reach + 1) * field.cell;
-  field.origin = low - Vec3{pad, pad, pad};
-  const Vec3 size = high - low;
-  field.nx = static_cast<int>((size.x + 2 * pad) / field.cell) + 1;
-  field.ny = static_cast<int>((size.y + 2 * pad) / field.cell) + 1;
-  field.nz = static_cast<int>((size.z + 2 * pad) / field.cell) + 1;
+  field.origin = low - Float3{pad, pad, pad};
+  const Float3 size = high - low;
+  const double nx = std::floor((size.x + 2.0 * pad) / field.cell) + 1,
+               ny = std::floor((size.y + 2.0 * pad) / field.cell) + 1,
+               nz = std::floor((size.z + 2.0 * pad) / field.cell) + 1;
+  if (!(nx * ny * nz <= kMostCells)) throw std::length_error("too many cells");
+  field.nx = static_cast<int>(nx), field.ny = static_cast<int>(ny);
+  field.nz = static_cast<int>(nz);
 }
 
 void fill_surface(Field& field, const std::vector<Oriented>& vertices,
@@ -72,7 +76,7 @@ void spread(Field& field, int reach) {
     for (const std::int32_t g : front) {
       const int x = g % field.nx, y = g / field.nx % field.ny, z = g / field.nx / field.ny;
       const std::int32_t mine = field.nearest[g];
-      const Vec3 p = field.surface[mine].point;
+      const Float3 p = field.surface[mine].point;
       for (int dz = -1; dz <= 1; ++dz)
         for (int dy = -1; dy <= 1; ++dy)
           for (int dx = -1; dx <= 1; ++dx) {
@@ -80,7 +84,7 @@ void spread(Field& field, int reach) {
             if (X < 0 || Y < 0 || Z < 0 || X >= field.nx || Y >= field.ny || Z >= field.nz)
               continue;
             const std::int32_t to = (Z * field.ny + Y) * field.nx + X;
-            const Vec3 centre{field.origin.x + (X + 0.5f) * field.cell,
+            const Float3 centre{field.origin.x + (X + 0.5f) * field.cell,
                               field.origin.y + (Y + 0.5f) * field.cell,
                               field.origin.z + (Z + 0.5f) * field.cell};
             const float d = dot(centre - p, centre - p);
@@ -96,11 +100,11 @@ void spread(Field& field, int reach) {
 
 // Normals from the 27 cells around: a support of about 6 mr evens out the noise of single faces.
 void smooth_normals(Field& field) {
-  std::vector<Vec3> sums(field.surface.size());
+  std::vector<Float3> sums(field.surface.size());
   for (std::size_t c = 0; c < sums.size(); ++c)
     sums[c] = field.surface[c].normal * static_cast<float>(field.first[c + 1] - field.first[c]);
   for (std::size_t c = 0; c < sums.size(); ++c) {
-    Vec3 total{0, 0, 0};
+    Float3 total{0, 0, 0};
     for (int dz = -1; dz <= 1; ++dz)
       for (int dy = -1; dy <= 1; ++dy)
         for (int dx = -1; dx <= 1; ++dx) {
@@ -110,7 +114,7 @@ void smooth_normals(Field& field) {
                                                   field.surface[c].normal) > 0)
             total = total + sums[o];
         }
-    const Vec3 n = normalized(total);
+    const Float3 n = normalized(total);
     for (std::int32_t k = field.first[c]; k < field.first[c + 1]; ++k)
       field.vertices[k].normal = n;
   }
@@ -118,7 +122,7 @@ void smooth_normals(Field& field) {
 
 }  // namespace
 
-std::int32_t Field::closest_vertex(Vec3 p) const {
+std::int32_t Field::closest_vertex(Float3 p) const {
   const std::int32_t at = locate(p);
   if (at < 0 || nearest[at] < 0) return -1;
   const int x = at % nx, y = at / nx % ny, z = at / nx / ny;
@@ -130,7 +134,7 @@ std::int32_t Field::closest_vertex(Vec3 p) const {
         const std::int32_t g = (Z * ny + Y) * nx + X, c = nearest[g];
         if (c < 0 || home[c] != g) continue;
         for (std::int32_t k = first[c]; k < first[c + 1]; ++k) {
-          const Vec3 gap = vertices[k].point - p;
+          const Float3 gap = vertices[k].point - p;
           const float d = dot(gap, gap);
           if (d < least) least = d, best = k;
         }
@@ -150,28 +154,28 @@ Field build_field(const std::vector<Oriented>& vertices, const std::vector<std::
   return field;
 }
 
-Raster build_raster(const std::vector<Oriented>& vertices, bool pinhole, Vec3 origin,
-                    Vec3 direction, float pixel) {
+Raster build_raster(const std::vector<Oriented>& vertices, bool pinhole, Float3 origin,
+                    Float3 direction, float pixel) {
   Raster raster;
   raster.pinhole = pinhole;
-  const Vec3 w = normalized(direction);
-  const Vec3 helper = std::fabs(w.x) < 0.8f ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
-  const Vec3 u = normalized(cross(helper, w)), v = cross(w, u);
+  const Float3 w = normalized(direction);
+  const Float3 helper = std::fabs(w.x) < 0.8f ? Float3{1, 0, 0} : Float3{0, 1, 0};
+  const Float3 u = normalized(cross(helper, w)), v = cross(w, u);
   raster.sensor_from_frame = {{u.x, u.y, u.z, v.x, v.y, v.z, w.x, w.y, w.z}, {0, 0, 0}};
   if (pinhole) raster.sensor_from_frame.t = raster.sensor_from_frame.rotate(origin) * -1.0f;
-  std::vector<Vec3> seen;
+  std::vector<Float3> seen;
   float depth = 0;
   for (const Oriented& p : vertices) {
-    const Vec3 s = raster.sensor_from_frame.apply(p.point);
+    const Float3 s = raster.sensor_from_frame.apply(p.point);
     if (pinhole && s.z <= 0) continue;
-    seen.push_back(pinhole ? Vec3{s.x / s.z, s.y / s.z, s.z} : s);
+    seen.push_back(pinhole ? Float3{s.x / s.z, s.y / s.z, s.z} : s);
     depth += s.z;
   }
   if (seen.empty()) return raster;
   raster.pixel = pinhole ? pixel / (depth / seen.size()) : pixel;
   float u1 = -INFINITY, v1 = -INFINITY;
   raster.u0 = raster.v0 = INFINITY;
-  for (const Vec3& s : seen) {
+  for (const Float3& s : seen) {
     raster.u0 = std::min(raster.u0, s.x), raster.v0 = std::min(raster.v0, s.y);
     u1 = std::max(u1, s.x), v1 = std::max(v1, s.y);
   }
@@ -180,7 +184,7 @@ Raster build_raster(const std::vector<Oriented>& vertices, bool pinhole, Vec3 or
   raster.nv = static_cast<int>((v1 - raster.v0) / raster.pixel) + 4;
   const std::size_t pixels = static_cast<std::size_t>(raster.nu) * raster.nv;
   std::vector<float> depths(pixels, INFINITY);
-  for (const Vec3& s : seen) {
+  for (const Float3& s : seen) {
     const int i = static_cast<int>((s.x - raster.u0) / raster.pixel);
     const int j = static_cast<int>((s.y - raster.v0) / raster.pixel);
     float& d = depths[static_cast<std::size_t>(j) * raster.nu + i];
@@ -203,9 +207,9 @@ Raster build_raster(const std::vector<Oriented>& vertices, bool pinhole, Vec3 or
   return raster;
 }
 
-Sight Raster::look(Vec3 p, Vec3 normal, float tolerance, float facing) const {
+Sight Raster::look(Float3 p, Float3 normal, float tolerance, float facing) const {
   if (nu == 0) return Sight::kNone;
-  const Vec3 s = sensor_from_frame.apply(p);
+  const Float3 s = sensor_from_frame.apply(p);
   float u = s.x, v = s.y;
   if (pinhole) {
     if (s.z <= 0) return Sight::kNone;
@@ -220,7 +224,7 @@ Sight Raster::look(Vec3 p, Vec3 normal, float tolerance, float facing) const {
       return s.z < nearest[at] - tolerance ? Sight::kInFront : Sight::kSeen;
     if (!clear[at]) return Sight::kNone;
   }
-  const Vec3 n = sensor_from_frame.rotate(normal);
+  const Float3 n = sensor_from_frame.rotate(normal);
   const float towards = pinhole ? -dot(n, normalized(s)) : -n.z;
   return towards > facing ? Sight::kEmpty : Sight::kNone;
 }
@@ -241,6 +245,46 @@ void draw_samples(Evidence& evidence) {
     evidence.samples.push_back(field.surface[c]);
     evidence.on_border.push_back(field.border[c]);
   }
+}
+
+Evidence grow(const Evidence& shape, const Evidence& view, const Rigid& T_shape_view, float near,
+              int reach) {
+  const Rigid back = T_shape_view.inverse();
+  std::vector<Oriented> vertices;
+  std::vector<std::uint8_t> rim;
+  const float near2 = near * near;
+  const auto within = [near2](const Field& field, std::int32_t k, Float3 p) {
+    if (k < 0) return false;
+    const Float3 gap = field.vertices[k].point - p;
+    return dot(gap, gap) < near2;
+  };
+  const Field &old = shape.field, &fresh = view.field;
+  for (std::size_t k = 0; k < old.vertices.size(); ++k) {
+    if (old.rim[k]) {
+      const Float3 p = back.apply(old.vertices[k].point);
+      const std::int32_t other = fresh.closest_vertex(p);
+      if (within(fresh, other, p) && !fresh.rim[other]) continue;
+    }
+    vertices.push_back(old.vertices[k]);
+    rim.push_back(old.rim[k]);
+  }
+  for (std::size_t k = 0; k < fresh.vertices.size(); ++k) {
+    const Oriented moved{T_shape_view.apply(fresh.vertices[k].point),
+                         T_shape_view.rotate(fresh.vertices[k].normal)};
+    const std::int32_t other = old.closest_vertex(moved.point);
+    if (within(old, other, moved.point) && (fresh.rim[k] || !old.rim[other])) continue;
+    vertices.push_back(moved);
+    rim.push_back(fresh.rim[k]);
+  }
+  Evidence grown;
+  grown.field = build_field(vertices, rim, old.cell, reach);
+  grown.rasters = shape.rasters;
+  for (Raster raster : view.rasters) {
+    raster.sensor_from_frame = raster.sensor_from_frame * back;
+    grown.rasters.push_back(std::move(raster));
+  }
+  draw_samples(grown);
+  return grown;
 }
 
 }  // namespace rops

@@ -3,54 +3,18 @@
 // What one view (or a grown shape) testifies about a surface: a closest-cell field, a thinned
 // sample of oriented points, and a depth raster for each sensor pose that saw it.
 #pragma once
-#include <array>
-#include <cmath>
 #include <cstdint>
 #include <vector>
 
+#include "rigid.hpp"
+
 namespace rops {
-
-struct Vec3 {
-  float x, y, z;
-};
-inline Vec3 operator+(Vec3 a, Vec3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-inline Vec3 operator-(Vec3 a, Vec3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-inline Vec3 operator*(Vec3 a, float s) { return {a.x * s, a.y * s, a.z * s}; }
-inline float dot(Vec3 a, Vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-inline Vec3 cross(Vec3 a, Vec3 b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-inline Vec3 normalized(Vec3 a) {
-  const float length = std::sqrt(dot(a, a));
-  return length > 0 ? a * (1 / length) : a;
-}
-
-// p_target = r p_source + t
-struct Rigid {
-  std::array<float, 9> r;
-  Vec3 t;
-  Vec3 rotate(Vec3 p) const {
-    return {r[0] * p.x + r[1] * p.y + r[2] * p.z, r[3] * p.x + r[4] * p.y + r[5] * p.z,
-            r[6] * p.x + r[7] * p.y + r[8] * p.z};
-  }
-  Vec3 apply(Vec3 p) const { return rotate(p) + t; }
-  Rigid inverse() const {
-    Rigid out{{r[0], r[3], r[6], r[1], r[4], r[7], r[2], r[5], r[8]}, {0, 0, 0}};
-    out.t = out.rotate(t) * -1.0f;
-    return out;
-  }
-};
-
-// A point and the unit normal of the surface there.
-struct Oriented {
-  Vec3 point, normal;
-};
 
 // Cells of a regular grid, each knowing the nearest surface cell within `reach` cells, so that
 // a nearest neighbour costs one look-up.
 struct Field {
   float cell = 0;
-  Vec3 origin{0, 0, 0};
+  Float3 origin{0, 0, 0};
   int nx = 0, ny = 0, nz = 0;
   std::vector<std::int32_t> nearest;  // per grid cell: index of a surface cell, -1 beyond reach
   std::vector<Oriented> surface;      // per surface cell: mean point and normal
@@ -60,19 +24,19 @@ struct Field {
   std::vector<Oriented> vertices;     // sorted by surface cell
   std::vector<std::uint8_t> rim;      // per vertex: on the boundary
 
-  std::int32_t locate(Vec3 p) const {
+  std::int32_t locate(Float3 p) const {
     const float fx = (p.x - origin.x) / cell, fy = (p.y - origin.y) / cell,
                 fz = (p.z - origin.z) / cell;
     if (!(fx >= 0 && fy >= 0 && fz >= 0 && fx < nx && fy < ny && fz < nz)) return -1;
     return (static_cast<std::int32_t>(fz) * ny + static_cast<std::int32_t>(fy)) * nx +
            static_cast<std::int32_t>(fx);
   }
-  std::int32_t closest(Vec3 p) const {
+  std::int32_t closest(Float3 p) const {
     const std::int32_t at = locate(p);
     return at < 0 ? -1 : nearest[at];
   }
   // Index of the nearest vertex within one cell's length, -1 if there is none.
-  std::int32_t closest_vertex(Vec3 p) const;
+  std::int32_t closest_vertex(Float3 p) const;
 };
 
 // What a ray through a point says of it.
@@ -87,7 +51,9 @@ struct Raster {
   std::vector<float> nearest;       // least depth of the 3x3 pixels around, infinity where none
   std::vector<std::uint8_t> clear;  // nothing was seen in the 5x5 pixels around
 
-  Sight look(Vec3 p, Vec3 normal, float tolerance, float facing) const;
+  // An unmatched point with this normal: is it in front of what was seen by more than
+  // `tolerance`, or would it have been seen where nothing was (cosine to the ray > `facing`)?
+  Sight look(Float3 p, Float3 normal, float tolerance, float facing) const;
 };
 
 struct Evidence {
@@ -97,10 +63,19 @@ struct Evidence {
   std::vector<Raster> rasters;
 };
 
+// Enough for an object of 3000 resolutions a side; beyond it the view holds stray points.
+constexpr std::size_t kMostCells = 64u << 20;
+
+// Throws std::length_error if the extent takes more than kMostCells cells.
 Field build_field(const std::vector<Oriented>& vertices, const std::vector<std::uint8_t>& rim,
                   float cell, int reach);
-Raster build_raster(const std::vector<Oriented>& vertices, bool pinhole, Vec3 origin,
-                    Vec3 direction, float pixel);
+Raster build_raster(const std::vector<Oriented>& vertices, bool pinhole, Float3 origin,
+                    Float3 direction, float pixel);
 void draw_samples(Evidence& evidence);
+
+// Grow `shape` by `view` (IV-A): its vertices farther than `near` from the shape are added, and
+// those that show the inside of a surface where the shape knows only a rim, which they replace.
+Evidence grow(const Evidence& shape, const Evidence& view, const Rigid& T_shape_view, float near,
+              int reach);
 
 }  // namespace rops
