@@ -107,7 +107,7 @@ def engine(config: Config, *, threads: int = 0) -> Contestant:
     from ros_rops.pipeline.prepare import prepare
 
     def answer(source: Any, target: Any) -> Answer:
-        result = register(source, target, config, threads=threads)
+        result = register(source.surface, target.surface, config, threads=threads)
         return Answer(result.status, result.T_target_source, result.reason, result.numbers)
 
     return Contestant('ros_rops', lambda view: prepare(view, config, threads=threads), answer)

@@ -38,7 +38,7 @@ class KeypointConfig(Group):
     spacing_mr: float = param(
         3.0, 'Minimum distance between two keypoints.', unit='mr', low=0.5, high=50.0)
     boundary_mr: float = param(
-        3.0, 'Keypoints keep this distance from the boundary of the mesh.',
+        1.0, 'Keypoints keep this distance from the boundary of the mesh.',
         unit='mr', low=0.0, high=50.0)
     eigen_ratio: float = param(
         1.0, 'Keep a keypoint only where lambda1/lambda2 of its support exceeds this '
@@ -51,7 +51,7 @@ class LrfConfig(Group):
     """Local reference frame (Guo et al., IJCV 2013)."""
 
     method: str = param(
-        'rops', 'Frame: covariance of the support (rops, the paper) or normal of a smaller '
+        'toldi', 'Frame: covariance of the support (rops, the paper) or normal of a smaller '
         'support with x by weighted projection (toldi).', choices=('rops', 'toldi'))
     triangles: str = param(
         'author', 'Which triangles count: all vertices and the centroid within the radius '
@@ -65,7 +65,7 @@ class RopsConfig(Group):
     """RoPS descriptor (III-A, eqs. 1-4)."""
 
     radius_mr: float = param(
-        15.0, 'Radius of the support of a feature.', unit='mr', low=2.0, high=100.0)
+        10.0, 'Radius of the support of a feature.', unit='mr', low=2.0, high=100.0)
     rotations: int = param(3, 'Rotations about each axis (T).', low=1, high=12)
     bins: int = param(5, 'Bins of a side of the distribution matrix (L).', low=2, high=16)
     convention: str = param(
@@ -136,6 +136,76 @@ class IcpConfig(Group):
 
 
 @dataclass(frozen=True, slots=True)
+class EvidenceConfig(Group):
+    """What a view testifies: closest-cell field and depth raster."""
+
+    cell_mr: float = param(
+        2.0, 'Edge of a cell of the closest-cell field and of a pixel of the depth raster.',
+        unit='mr', low=0.5, high=20.0)
+    reach_cells: int = param(
+        7, 'Cells around a surface from which it is found.', unit='cells', low=1, high=30)
+    grow_mr: float = param(
+        1.0, 'Vertices farther than this from the shape are added to it (IV-A).',
+        unit='mr', low=0.1, high=2.0)
+
+
+@dataclass(frozen=True, slots=True)
+class PairwiseConfig(Group):
+    """Search for the pose between two surfaces (III-B to III-D)."""
+
+    method: str = param(
+        'verified', 'Score, refine and verify many hypotheses (verified), or the best group of '
+        'consistent correspondences and its ICP (paper).', choices=('verified', 'paper'))
+    matches: bool = param(True, 'Take hypotheses from matched features.')
+    random_starts: int = param(
+        10000, 'Hypotheses from random pairings of local frames, where the matches alone do '
+        'not suffice.', low=0, high=1000000)
+    quick: int = param(
+        20, 'Hypotheses refined before the thorough search, which is spared if one of them is '
+        'beyond doubt.', low=0, high=100000)
+    refined: int = param(1000, 'Most hypotheses refined.', low=1, high=100000)
+    seed: int = param(0, 'Seed of the random pairings.', low=0, high=2**31 - 1)
+    tau_mr: float = param(
+        6.0, 'Distance at which a point no longer counts for a hypothesis.',
+        unit='mr', low=1.0, high=14.0)
+    front_mr: float = param(
+        8.0, 'Depth in front of what the other sensor saw that contradicts a hypothesis.',
+        unit='mr', low=1.0, high=50.0)
+    samples_coarse: int = param(
+        100, 'Points of each side that score every hypothesis.', low=10, high=100000)
+    samples_fine: int = param(
+        300, 'Points of each side that score the best fifth.', low=10, high=100000)
+    samples_refine: int = param(
+        200, 'Points of each side in a round of refinement.', low=10, high=100000)
+    rounds: int = param(12, 'Rounds of refinement.', low=1, high=100)
+    radius_start_mr: float = param(
+        10.0, 'Distance of matched points in the first round.', unit='mr', low=1.0, high=14.0)
+    radius_end_mr: float = param(
+        3.0, 'Distance of matched points in the last round.', unit='mr', low=0.5, high=14.0)
+
+
+@dataclass(frozen=True, slots=True)
+class VerdictConfig(Group):
+    """When a pose is believed, doubted or refused."""
+
+    score_least: float = param(
+        0.05, 'Least score: overlap less what contradicts it.', low=0.0, high=1.0)
+    score_sure: float = param(
+        0.15, 'A score beyond doubt, which ends the search.', low=0.0, high=1.0)
+    residual_mr: float = param(
+        0.35, 'Most mean distance point to plane of matched points, more where the views are '
+        'noisy (noise_factor).', unit='mr', low=0.01, high=2.0)
+    noise_factor: float = param(
+        1.5, "Residual allowed as a multiple of the views' own noise.", low=0.0, high=10.0)
+    rival: float = param(
+        0.6, 'Ambiguous if another pose scores more than this share of the best.',
+        low=0.0, high=1.0)
+    stiffness: float = param(
+        0.002, 'Ambiguous if a motion of unit mean size changes the mean squared distance by '
+        'less: the surface slides on itself.', low=0.0, high=1.0)
+
+
+@dataclass(frozen=True, slots=True)
 class FineConfig(Group):
     """Multi-view fine registration (IV-B)."""
 
@@ -183,6 +253,9 @@ class Config:
     matching: MatchingConfig = MatchingConfig()
     ccv: CcvConfig = CcvConfig()
     icp: IcpConfig = IcpConfig()
+    evidence: EvidenceConfig = EvidenceConfig()
+    pairwise: PairwiseConfig = PairwiseConfig()
+    verdict: VerdictConfig = VerdictConfig()
     fine: FineConfig = FineConfig()
 
     @classmethod

@@ -1,0 +1,168 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""From many hypotheses to the few poses worth a verdict (METHOD: what lifts recall)."""
+
+from dataclasses import dataclass
+import math
+
+import numpy as np
+
+from ros_rops.core.config import PairwiseConfig
+from ros_rops.core.surface import Surface
+from ros_rops.core.types import Floats
+from ros_rops.kernels.verification import centred, distinct, refine, score, Scores
+
+# Hypotheses closer than this lead to the same refined pose.
+SAME_ANGLE_RAD = math.radians(8.0)
+SAME_DISTANCE_MR = 6.0
+# Poses that differ by less after refinement are one.
+ONE_ANGLE_RAD = math.radians(5.0)
+ONE_DISTANCE_MR = 4.0
+# Least cosine between the normals of matched samples while a pose is still coarse.
+COARSE_AGREE = 0.3
+# The best fifth of the hypotheses is scored on more samples.
+FINE_SHARE = 5
+# Refined poses are judged at half the distance of hypotheses, in depth as along the surface.
+SHARPER = 0.5
+SAMPLES_LAST = 500
+
+
+@dataclass(frozen=True, slots=True)
+class Weights:
+    """What contradictions cost, in shares of the samples."""
+
+    front: float
+    empty: float
+    disagree: float
+
+
+COARSE = Weights(front=1.0, empty=0.5, disagree=0.0)
+FINAL = Weights(front=3.0, empty=0.5, disagree=0.3)
+
+
+@dataclass(frozen=True, slots=True)
+class Candidates:
+    """
+    Refined poses, best first, distinct.
+
+    Parameters
+    ----------
+    poses : (C, 4, 4) float64
+        `T_target_source`.
+    scores : (C,) float64
+    hypotheses, refined : int
+        How many went in; how many were refined.
+    """
+
+    poses: Floats
+    scores: Floats
+    hypotheses: int
+    refined: int
+
+
+def random_transforms(
+    source: Surface, target: Surface, count: int, rng: np.random.Generator
+) -> Floats:
+    """
+    Pair local frames at random: rough starts without descriptors.
+
+    Returns
+    -------
+    (count, 4, 4) float64
+        `T_target_source`; none if a side has no features.
+    """
+    a, b = source.features, target.features
+    if not len(a.indices) or not len(b.indices):
+        return np.empty((0, 4, 4))
+    i = rng.integers(0, len(a.indices), count)
+    j = rng.integers(0, len(b.indices), count)
+    return frame_transforms(a.positions[i], a.lrfs[i], b.positions[j], b.lrfs[j])
+
+
+def frame_transforms(
+    source_positions: Floats, source_lrfs: Floats, target_positions: Floats, target_lrfs: Floats
+) -> Floats:
+    """
+    Transforms (M, 4, 4) that bring each source frame on its target frame (III-B).
+
+    R = F_target^T F_source, t = p_target - R p_source; rows of the frames (M, 3, 3) are axes.
+    """
+    poses = np.zeros((len(source_positions), 4, 4))
+    poses[:, :3, :3] = np.einsum('nji,njk->nik', target_lrfs, source_lrfs)
+    poses[:, :3, 3] = target_positions - np.einsum(
+        'nij,nj->ni', poses[:, :3, :3], source_positions)
+    poses[:, 3, 3] = 1.0
+    return poses
+
+
+def worth(scores: Scores, weights: Weights) -> Floats:
+    """One number (H,) a pose: overlap less the contradictions, mean of both directions."""
+    both = (
+        scores.overlap - weights.front * scores.front - weights.empty * scores.empty
+        - weights.disagree * scores.disagree)
+    mean: Floats = both.mean(axis=1)
+    return mean
+
+
+def search(
+    source: Surface,
+    target: Surface,
+    hypotheses: Floats,
+    most: int,
+    config: PairwiseConfig,
+    *,
+    threads: int = 0,
+) -> Candidates:
+    """
+    Score all hypotheses, refine the best that differ, score again.
+
+    Parameters
+    ----------
+    source, target : Surface
+    hypotheses : (H, 4, 4) float64
+        `T_target_source`.
+    most : int
+        Hypotheses refined at most.
+    config : PairwiseConfig
+    threads : int
+        0 takes all cores; no influence on the result.
+    """
+    unit = 0.5 * (source.resolution + target.resolution)
+    chosen = _promising(source, target, hypotheses, most, unit, config, threads)
+    radii = unit * np.linspace(config.radius_start_mr, config.radius_end_mr, config.rounds)
+    poses = refine(
+        source.evidence, target.evidence, chosen, radii,
+        samples=config.samples_refine, agree=COARSE_AGREE, threads=threads)
+    values = worth(score(
+        source.evidence, target.evidence, poses, samples=SAMPLES_LAST,
+        tau=SHARPER * config.tau_mr * unit, front=SHARPER * config.front_mr * unit,
+        threads=threads), FINAL)
+    order = np.argsort(-values, kind='stable')
+    kept = order[distinct(
+        centred(poses[order], source.evidence, target.evidence),
+        angle_rad=ONE_ANGLE_RAD, distance=ONE_DISTANCE_MR * unit, most=len(order))]
+    return Candidates(poses[kept], values[kept], len(hypotheses), len(chosen))
+
+
+def _promising(
+    source: Surface,
+    target: Surface,
+    hypotheses: Floats,
+    most: int,
+    unit: float,
+    config: PairwiseConfig,
+    threads: int,
+) -> Floats:
+    """Choose at most `most` hypotheses that score best and differ."""
+    poses = hypotheses
+    for samples in (config.samples_coarse, config.samples_fine):
+        values = worth(score(
+            source.evidence, target.evidence, poses, samples=samples,
+            tau=config.tau_mr * unit, front=config.front_mr * unit, threads=threads), COARSE)
+        order = np.argsort(-values, kind='stable')
+        poses = poses[order[:max(len(hypotheses) // FINE_SHARE, 2 * most)]]
+    kept = distinct(
+        centred(poses, source.evidence, target.evidence),
+        angle_rad=SAME_ANGLE_RAD, distance=SAME_DISTANCE_MR * unit, most=most)
+    chosen: Floats = poses[kept]
+    return chosen

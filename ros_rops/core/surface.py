@@ -1,0 +1,116 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""What registration works on: a view's or a grown shape's features and evidence."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ros_rops.core.config import Config
+from ros_rops.core.errors import ViewError
+from ros_rops.core.rops import compute_features
+from ros_rops.core.types import Features, Floats, RangeMesh, SensorModel
+from ros_rops.kernels.verification import Evidence
+
+# Fewer vertices than one keypoint's support tell nothing of a pose.
+FEWEST_VERTICES = 50
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """
+    One side of a registration.
+
+    Parameters
+    ----------
+    name : str
+        Of the view, or `object_<k>`.
+    features : Features
+    evidence : Evidence
+    resolution : float
+        Mesh resolution (mr), in the units of the points.
+    """
+
+    name: str
+    features: Features
+    evidence: Evidence
+    resolution: float
+
+
+def make_surface(
+    name: str,
+    mesh: RangeMesh,
+    sensor: SensorModel,
+    config: Config,
+    *,
+    resolution: float | None = None,
+    threads: int = 0,
+) -> Surface:
+    """
+    Describe a view's mesh for registration (III-A).
+
+    Parameters
+    ----------
+    name : str
+    mesh : RangeMesh
+    sensor : SensorModel
+    config : Config
+        Groups `keypoints`, `lrf`, `rops`, `evidence`.
+    resolution : float, optional
+        What `mr` means; the mesh's own by default.
+    threads : int
+        0 takes all cores; no influence on the result.
+
+    Raises
+    ------
+    ViewError
+        If too few vertices have a face, or the extent is out of proportion (stray points).
+    """
+    unit = resolution or mesh.resolution
+    used = mesh.normals.any(axis=1)
+    if np.count_nonzero(used) < FEWEST_VERTICES:
+        raise ViewError(
+            f'view {name!r}: {np.count_nonzero(used)} points form a surface, registration '
+            f'needs {FEWEST_VERTICES}')
+    evidence = Evidence.of(
+        mesh.vertices[used], mesh.normals[used], mesh.boundary[used], sensor,
+        cell=config.evidence.cell_mr * unit, reach=config.evidence.reach_cells)
+    features = compute_features(mesh, config, resolution=unit, threads=threads)
+    return Surface(name, features, evidence, unit)
+
+
+def grow_surface(
+    shape: Surface, view: Surface, T_shape_view: Floats, config: Config
+) -> Surface:
+    """
+    Add a registered view, or another shape, to a shape (IV-A).
+
+    No descriptor is computed anew; the features of both are kept, but for those of the view
+    that lie within the spacing of keypoints of one of the shape's (resolution control).
+
+    Parameters
+    ----------
+    shape, view : Surface
+    T_shape_view : (4, 4) float64
+    config : Config
+
+    Returns
+    -------
+    Surface
+        In the frame of `shape`.
+    """
+    near = config.evidence.grow_mr * shape.resolution
+    evidence = shape.evidence.grown(view.evidence, T_shape_view, near)
+    return Surface(
+        shape.name, _joined(shape.features, view.features, T_shape_view), evidence,
+        shape.resolution)
+
+
+def _joined(shape: Features, view: Features, T_shape_view: Floats) -> Features:
+    turn, shift = T_shape_view[:3, :3], T_shape_view[:3, 3]
+    return Features(
+        indices=np.concatenate([shape.indices, view.indices]),
+        positions=np.concatenate([shape.positions, view.positions @ turn.T + shift]),
+        lrfs=np.concatenate([shape.lrfs, view.lrfs @ turn.T]),
+        descriptors=np.concatenate([shape.descriptors, view.descriptors]),
+    )

@@ -1,0 +1,282 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""Typed face of the verification kernels: evidence of a surface, and poses judged by it."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ros_rops.core.errors import KernelMissingError, ShapeError, ViewError
+from ros_rops.core.types import Bools, Floats, Ints, SensorModel
+
+try:
+    from ros_rops.kernels import _kernels
+except ImportError as error:
+    raise KernelMissingError(
+        'ros_rops.kernels is not built: run `pip install .` or '
+        '`python setup.py build_ext --inplace` in the package folder') from error
+
+_SENSOR_KINDS = {'unknown': 0, 'orthographic': 1, 'pinhole': 2}
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """
+    What a view or a grown shape testifies: closest-cell field, samples, depth rasters.
+
+    The kernel works in single precision about `centre`; poses go in and out in the frame of the
+    points.
+
+    Parameters
+    ----------
+    kernel : object
+        The compiled part.
+    centre : (3,) float64
+    cell : float
+        Edge of a cell.
+    reach : int
+        Cells that the field looks around a surface.
+    """
+
+    kernel: '_kernels._Evidence'
+    centre: Floats
+    cell: float
+    reach: int
+
+    @classmethod
+    def of(
+        cls,
+        points: Floats,
+        normals: Floats,
+        boundary: Bools,
+        sensor: SensorModel,
+        *,
+        cell: float,
+        reach: int,
+    ) -> 'Evidence':
+        """
+        Build the evidence of a view.
+
+        Parameters
+        ----------
+        points, normals : (N, 3) float64
+            Unit normals towards the sensor.
+        boundary : (N,) bool
+        sensor : SensorModel
+        cell : float
+        reach : int
+
+        Raises
+        ------
+        ShapeError
+            If the arrays do not fit together.
+        ViewError
+            If the extent is out of all proportion to `cell` (stray points).
+        """
+        if points.ndim != 2 or points.shape[1] != 3 or normals.shape != points.shape:
+            raise ShapeError(f'points, normals: expected (N, 3), got {points.shape}, '
+                             f'{normals.shape}')
+        if boundary.shape != points.shape[:1]:
+            raise ShapeError(f'boundary: expected ({len(points)},), got {boundary.shape}')
+        centre = points.mean(axis=0)
+        try:
+            kernel = _kernels._Evidence(
+                points - centre, normals, boundary.astype(np.uint8), cell, reach,
+                _SENSOR_KINDS[sensor.kind], list(np.asarray(sensor.origin) - centre),
+                list(sensor.direction))
+        except ValueError as error:
+            raise ViewError(
+                f'extent {np.ptp(points, axis=0)} is out of proportion to the mesh resolution: '
+                f'remove stray points') from error
+        return cls(kernel, centre, cell, reach)
+
+    def grown(self, view: 'Evidence', T_self_view: Floats, near: float) -> 'Evidence':
+        """
+        Add what `view` saw (IV-A): vertices farther than `near` from the shape, and its rays.
+
+        Parameters
+        ----------
+        view : Evidence
+        T_self_view : (4, 4) float64
+        near : float
+
+        Returns
+        -------
+        Evidence
+            In this shape's frame.
+        """
+        pose = _centred(T_self_view, view.centre, self.centre)
+        kernel = self.kernel.grown(view.kernel, pose, near, self.reach)
+        return Evidence(kernel, self.centre, self.cell, self.reach)
+
+
+class Scores(NamedTuple):
+    """
+    Soft scores of H poses, each (H, 2): source samples on the target, and the reverse.
+
+    Parameters
+    ----------
+    overlap : (H, 2) float64
+        Sum of (1 - d^2/tau^2)^2 times the agreement of the normals, per sample.
+    front, empty, disagree : (H, 2) float64
+        Shares of the samples in front of what the other side saw; facing its sensor where it
+        saw nothing; on a surface that faces another way.
+    """
+
+    overlap: Floats
+    front: Floats
+    empty: Floats
+    disagree: Floats
+
+
+class Examination(NamedTuple):
+    """
+    One pose refined and measured on vertices.
+
+    Parameters
+    ----------
+    T_target_source : (4, 4) float64
+    numbers : (2, 6) float64
+        Source on target and the reverse: vertices tried, matched, sum of absolute distances,
+        in front, empty, normals disagreeing.
+    hessian : (6, 6) float64
+        Of the point-to-plane problem by turn and shift about the target's centre.
+    """
+
+    T_target_source: Floats
+    numbers: Floats
+    hessian: Floats
+
+
+def score(
+    source: Evidence,
+    target: Evidence,
+    poses: Floats,
+    *,
+    samples: int,
+    tau: float,
+    front: float,
+    facing: float = 0.5,
+    threads: int = 0,
+) -> Scores:
+    """
+    Score poses (H, 4, 4) `T_target_source` on at most `samples` samples of each side.
+
+    Parameters
+    ----------
+    source, target : Evidence
+    poses : (H, 4, 4) float64
+    samples : int
+    tau : float
+        Distance at which a sample counts no more.
+    front : float
+        Depth by which a sample must lie in front of what was seen to contradict it.
+    facing : float
+        Cosine to the ray above which a surface would have been seen.
+    threads : int
+        0 takes all cores; no influence on the result.
+    """
+    table = _kernels._score(
+        source.kernel, target.kernel, _centred(poses, source.centre, target.centre),
+        samples, tau, front, facing, threads)
+    return Scores(*(table[:, :, k] for k in range(4)))
+
+
+def refine(
+    source: Evidence,
+    target: Evidence,
+    poses: Floats,
+    radii: Floats,
+    *,
+    samples: int,
+    agree: float,
+    threads: int = 0,
+) -> Floats:
+    """
+    Refine poses (H, 4, 4) by point-to-plane rounds with the given matching radii.
+
+    Parameters
+    ----------
+    source, target : Evidence
+    poses : (H, 4, 4) float64
+    radii : (R,) float64
+        One a round, in the units of the points.
+    samples : int
+        Of each side.
+    agree : float
+        Least cosine between matched normals.
+    threads : int
+        0 takes all cores; no influence on the result.
+
+    Returns
+    -------
+    (H, 4, 4) float64
+    """
+    moved = _kernels._refine(
+        source.kernel, target.kernel, _centred(poses, source.centre, target.centre),
+        samples, radii, agree, threads)
+    return _centred(moved, -source.centre, -target.centre)
+
+
+def examine(
+    source: Evidence,
+    target: Evidence,
+    pose: Floats,
+    *,
+    rounds: int,
+    samples: int,
+    radius: float,
+    front: float,
+    facing: float = 0.5,
+) -> Examination:
+    """
+    Refine one pose (4, 4) on vertices for `rounds` rounds and measure what speaks for it.
+
+    Parameters
+    ----------
+    source, target : Evidence
+    pose : (4, 4) float64
+    rounds, samples : int
+        `samples` vertices of each side.
+    radius : float
+        Vertices farther apart do not match; at most a cell.
+    front, facing : float
+        As in `score`.
+    """
+    moved, numbers, hessian = _kernels._examine(
+        source.kernel, target.kernel, _centred(pose, source.centre, target.centre),
+        rounds, samples, radius, front, facing)
+    return Examination(_centred(moved, -source.centre, -target.centre), numbers, hessian)
+
+
+def distinct(poses: Floats, *, angle_rad: float, distance: float, most: int) -> Ints:
+    """
+    Choose at most `most` of the poses, in their order, that differ from those chosen before.
+
+    Parameters
+    ----------
+    poses : (H, 4, 4) float64
+        Best first; translations about a common centre near the points.
+    angle_rad, distance : float
+        Poses closer than both are the same.
+    most : int
+
+    Returns
+    -------
+    (M,) int32
+    """
+    kept: Ints = _kernels._distinct(poses, float(np.cos(angle_rad)), distance, most)
+    return kept
+
+
+def centred(poses: Floats, source: Evidence, target: Evidence) -> Floats:
+    """Express `T_target_source` about the centres of both sides."""
+    return _centred(poses, source.centre, target.centre)
+
+
+def _centred(poses: Floats, source_centre: Floats, target_centre: Floats) -> Floats:
+    """Express `T_target_source` between frames moved to the two centres."""
+    moved = np.array(poses, dtype=np.float64)
+    moved[..., :3, 3] += poses[..., :3, :3] @ source_centre - target_centre
+    return moved
