@@ -206,6 +206,24 @@ class VerdictConfig(Group):
 
 
 @dataclass(frozen=True, slots=True)
+class GrowthConfig(Group):
+    """Shape growing over mixed views of several objects (IV-A)."""
+
+    plausible: float = param(
+        0.1, 'A view tries a shape at once if its matched features reach this score; else it '
+        'waits until no better chance is left.', low=0.0, high=1.0)
+    least: float = param(
+        0.03, 'Below this score of its matched features a view does not try a shape at all.',
+        low=-1.0, high=1.0)
+    tries: int = param(
+        3, 'Shapes that a view tries at most each time the shapes have changed.',
+        low=1, high=1000)
+    resolution_ratio: float = param(
+        3.0, 'A view whose mesh resolution differs from the first by more is refused: its units '
+        'are probably others.', low=1.0, high=1000.0)
+
+
+@dataclass(frozen=True, slots=True)
 class FineConfig(Group):
     """Multi-view fine registration (IV-B)."""
 
@@ -256,6 +274,7 @@ class Config:
     evidence: EvidenceConfig = EvidenceConfig()
     pairwise: PairwiseConfig = PairwiseConfig()
     verdict: VerdictConfig = VerdictConfig()
+    growth: GrowthConfig = GrowthConfig()
     fine: FineConfig = FineConfig()
 
     @classmethod

@@ -22,9 +22,10 @@ ONE_DISTANCE_MR = 4.0
 COARSE_AGREE = 0.3
 # The best fifth of the hypotheses is scored on more samples.
 FINE_SHARE = 5
-# Refined poses are judged at half the distance of hypotheses, in depth as along the surface.
-SHARPER = 0.5
-SAMPLES_LAST = 500
+# Refined poses are judged more sharply than hypotheses.
+FINAL_TAU_MR = 3.0
+FINAL_FRONT_MR = 4.0
+FINAL_SAMPLES = 500
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +105,19 @@ def worth(scores: Scores, weights: Weights) -> Floats:
     return mean
 
 
+def final_scores(
+    source: Surface, target: Surface, poses: Floats, unit: float, *, threads: int = 0
+) -> Floats:
+    """
+    Score refined poses (H, 4, 4): the number (H,) that the verdict rests on.
+
+    `unit` is the mean resolution of the two sides.
+    """
+    return worth(score(
+        source.evidence, target.evidence, poses, samples=FINAL_SAMPLES,
+        tau=FINAL_TAU_MR * unit, front=FINAL_FRONT_MR * unit, threads=threads), FINAL)
+
+
 def search(
     source: Surface,
     target: Surface,
@@ -133,10 +147,7 @@ def search(
     poses = refine(
         source.evidence, target.evidence, chosen, radii,
         samples=config.samples_refine, agree=COARSE_AGREE, threads=threads)
-    values = worth(score(
-        source.evidence, target.evidence, poses, samples=SAMPLES_LAST,
-        tau=SHARPER * config.tau_mr * unit, front=SHARPER * config.front_mr * unit,
-        threads=threads), FINAL)
+    values = final_scores(source, target, poses, unit, threads=threads)
     order = np.argsort(-values, kind='stable')
     kept = order[distinct(
         centred(poses[order], source.evidence, target.evidence),

@@ -4,15 +4,21 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+import math
 
 import numpy as np
 
 from ros_rops.core.config import VerdictConfig
-from ros_rops.core.search import Candidates
+from ros_rops.core.search import Candidates, final_scores
 from ros_rops.core.surface import Surface
 from ros_rops.core.types import Floats, Status
-from ros_rops.kernels.verification import examine, Examination
+from ros_rops.kernels.verification import centred, distinct, examine, Examination
 
+# The best candidates, which are refined on vertices before one is chosen.
+FINALISTS = 5
+# Poses closer than both are one solution, found with less care.
+RIVAL_ANGLE_RAD = math.radians(12.0)
+RIVAL_DISTANCE_MR = 10.0
 ROUNDS = 8
 SAMPLES = 2000
 # Vertices within two resolutions overlap (III-C); depth contradicts beyond three.
@@ -47,6 +53,8 @@ def judge(
     """
     Judge the best candidate, its rivals in view.
 
+    The best few are refined on vertices and scored again; those that end in one pose are one.
+
     Parameters
     ----------
     source, target : Surface
@@ -60,23 +68,84 @@ def judge(
     if not len(candidates.poses):
         return Verdict(Status.REFUSED, None, 'no hypothesis: a side has no features', {})
     unit = 0.5 * (source.resolution + target.resolution)
-    exam = examine(
-        source.evidence, target.evidence, candidates.poses[0], rounds=ROUNDS, samples=SAMPLES,
-        radius=RADIUS_MR * unit, front=FRONT_MR * unit)
-    numbers = _numbers(exam, candidates, unit)
+    limit = residual_limit(source, target, unit, config)
+    finalists = _examined(source, target, candidates.poses[:FINALISTS], unit, limit)
+    best = finalists[0]
+    numbers = best.numbers | {'rival': _rival(source, target, finalists, unit, config)}
     status, reason = _word(numbers, config)
-    placed = exam.T_target_source if status is Status.PLACED else None
+    placed = best.T_target_source if status is Status.PLACED else None
     return Verdict(status, placed, reason, numbers)
 
 
-def _numbers(exam: Examination, candidates: Candidates, unit: float) -> dict[str, float]:
+@dataclass(frozen=True, slots=True)
+class _Finalist:
+    T_target_source: Floats
+    numbers: dict[str, float]
+
+
+def _examined(
+    source: Surface, target: Surface, poses: Floats, unit: float, limit: float
+) -> list[_Finalist]:
+    """Refine and measure each pose; best score first."""
+    exams = [
+        examine(
+            source.evidence, target.evidence, pose, rounds=ROUNDS, samples=SAMPLES,
+            radius=RADIUS_MR * unit, front=FRONT_MR * unit)
+        for pose in poses
+    ]
+    refined = np.stack([exam.T_target_source for exam in exams])
+    scores = final_scores(source, target, refined, unit)
+    found = [
+        _Finalist(exam.T_target_source, _numbers(exam, float(score), unit, limit))
+        for exam, score in zip(exams, scores, strict=True)
+    ]
+    return sorted(found, key=lambda finalist: -finalist.numbers['score'])
+
+
+def _rival(
+    source: Surface,
+    target: Surface,
+    finalists: list[_Finalist],
+    unit: float,
+    config: VerdictConfig,
+) -> float:
+    """Score of the best other pose that would be believed, as a share of the best score."""
+    best = finalists[0]
+    poses = centred(
+        np.stack([f.T_target_source for f in finalists]), source.evidence, target.evidence)
+    for k, other in enumerate(finalists[1:], start=1):
+        apart = len(distinct(
+            poses[[0, k]], angle_rad=RIVAL_ANGLE_RAD, distance=RIVAL_DISTANCE_MR * unit,
+            most=2)) == 2
+        if apart and (
+            other.numbers['score'] >= config.score_least
+            and other.numbers['residual_mr'] <= other.numbers['residual_most_mr']
+        ):
+            return other.numbers['score'] / best.numbers['score']
+    return 0.0
+
+
+def residual_limit(
+    source: Surface, target: Surface, unit: float, config: VerdictConfig
+) -> float:
+    """
+    Most mean distance (mr) that matched points of these two sides may have.
+
+    Two surfaces with noise s1, s2 differ by sqrt(2/pi) sqrt(s1^2 + s2^2) in the mean.
+    """
+    noise = math.hypot(source.evidence.noise, target.evidence.noise) / unit
+    return max(config.residual_mr, config.noise_factor * math.sqrt(2.0 / math.pi) * noise)
+
+
+def _numbers(
+    exam: Examination, score: float, unit: float, limit: float
+) -> dict[str, float]:
     tried, matched, absolute, front, empty, disagree = exam.numbers.sum(axis=0)
     matches = max(matched, 1.0)
-    rival = candidates.scores[1] / candidates.scores[0] if len(candidates.scores) > 1 else 0.0
     return {
-        'score': float(candidates.scores[0]),
-        'rival': float(rival) if candidates.scores[0] > 0 else 1.0,
+        'score': score,
         'residual_mr': float(absolute / matches / unit),
+        'residual_most_mr': limit,
         'overlap': float(matched / max(tried, 1.0)),
         'overlap_source': float(exam.numbers[0, 1] / max(exam.numbers[0, 0], 1.0)),
         'in_front': float(front / matches),
@@ -84,6 +153,14 @@ def _numbers(exam: Examination, candidates: Candidates, unit: float) -> dict[str
         'disagree': float(disagree / matches),
         'stiffness': stiffness(exam.hessian, matches),
     }
+
+
+def self_stiffness(surface: Surface) -> float:
+    """How firmly a surface holds itself: near 0 for a plane, a sphere, a cylinder."""
+    exam = examine(
+        surface.evidence, surface.evidence, np.eye(4), rounds=0, samples=SAMPLES,
+        radius=RADIUS_MR * surface.resolution, front=FRONT_MR * surface.resolution)
+    return stiffness(exam.hessian, max(exam.numbers[:, 1].sum(), 1.0))
 
 
 def stiffness(hessian: Floats, matches: float) -> float:
@@ -115,10 +192,10 @@ def _word(numbers: Mapping[str, float], config: VerdictConfig) -> tuple[Status, 
         return Status.REFUSED, (
             f'best score {numbers["score"]:.3f} is below {config.score_least}: no pose explains '
             f'the data')
-    if numbers['residual_mr'] > config.residual_mr:
+    if numbers['residual_mr'] > numbers['residual_most_mr']:
         return Status.REFUSED, (
-            f'residual {numbers["residual_mr"]:.2f} mr is above {config.residual_mr}: the '
-            f'surfaces do not fit')
+            f'residual {numbers["residual_mr"]:.2f} mr is above '
+            f'{numbers["residual_most_mr"]:.2f}: the surfaces do not fit')
     if numbers['stiffness'] < config.stiffness:
         return Status.AMBIGUOUS, (
             f'the surface slides on itself: stiffness {numbers["stiffness"]:.4f} is below '

@@ -91,6 +91,11 @@ class Evidence:
                 f'remove stray points') from error
         return cls(kernel, centre, cell, reach)
 
+    @property
+    def noise(self) -> float:
+        """Standard deviation of the vertices across their surface, in the units of the points."""
+        return float(self.kernel.noise)
+
     def grown(self, view: 'Evidence', T_self_view: Floats, near: float) -> 'Evidence':
         """
         Add what `view` saw (IV-A): vertices farther than `near` from the shape, and its rays.

@@ -120,6 +120,26 @@ void smooth_normals(Field& field) {
   }
 }
 
+// Spread of the vertices of a cell about the plane of their surroundings.
+float estimate_noise(const Field& field) {
+  constexpr std::int32_t kFewest = 3;
+  double sum = 0;
+  std::size_t count = 0;
+  for (std::size_t c = 0; c < field.surface.size(); ++c) {
+    const std::int32_t n = field.first[c + 1] - field.first[c];
+    if (n < kFewest || field.border[c]) continue;
+    double squares = 0;
+    for (std::int32_t k = field.first[c]; k < field.first[c + 1]; ++k) {
+      const double e = dot(field.vertices[k].point - field.surface[c].point,
+                           field.vertices[k].normal);
+      squares += e * e;
+    }
+    sum += std::sqrt(squares / (n - 1));
+    ++count;
+  }
+  return count ? static_cast<float>(sum / count) : 0.0f;
+}
+
 }  // namespace
 
 std::int32_t Field::closest_vertex(Float3 p) const {
@@ -151,6 +171,7 @@ Field build_field(const std::vector<Oriented>& vertices, const std::vector<std::
   fill_surface(field, vertices, rim);
   spread(field, reach);
   smooth_normals(field);
+  field.noise = estimate_noise(field);
   return field;
 }
 

@@ -23,6 +23,7 @@ struct Field {
   std::vector<std::int32_t> first;    // per surface cell: its vertices, first[c]..first[c+1]
   std::vector<Oriented> vertices;     // sorted by surface cell
   std::vector<std::uint8_t> rim;      // per vertex: on the boundary
+  float noise = 0;                    // standard deviation of vertices across the surface
 
   std::int32_t locate(Float3 p) const {
     const float fx = (p.x - origin.x) / cell, fy = (p.y - origin.y) / cell,

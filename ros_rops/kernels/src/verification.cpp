@@ -158,6 +158,7 @@ void bind_verification(py::module_& m) {
            })
       .def_property_readonly("vertex_count",
                              [](const Evidence& e) { return e.field.vertices.size(); })
+      .def_property_readonly("noise", [](const Evidence& e) { return e.field.noise; })
       .def_property_readonly("sensor_count", [](const Evidence& e) { return e.rasters.size(); });
   m.def("_score", &score);
   m.def("_refine", &refine);

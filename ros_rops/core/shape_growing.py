@@ -1,0 +1,109 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""Shapes that grow by registered views (Guo et al. 2014, IV-A)."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ros_rops.core.config import Config
+from ros_rops.core.matching import match, match_transforms
+from ros_rops.core.search import COARSE, worth
+from ros_rops.core.surface import grow_surface, Surface
+from ros_rops.core.types import Floats
+from ros_rops.kernels.verification import score
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """
+    Views that are registered to each other; at first one alone.
+
+    Parameters
+    ----------
+    surface : Surface
+        Of all members, in the shape's frame.
+    members : mapping of str to (4, 4) float64
+        `T_shape_view` by the view's name, in order of joining.
+    """
+
+    surface: Surface
+    members: Mapping[str, Floats]
+
+    @property
+    def size(self) -> int:
+        """Number of views."""
+        return len(self.members)
+
+
+def seed_shape(surface: Surface) -> Shape:
+    """Start a shape from one view; its frame is the view's."""
+    return Shape(surface, {surface.name: np.eye(4)})
+
+
+def grow(shape: Shape, other: Shape, T_shape_other: Floats, config: Config) -> Shape:
+    """
+    Join two shapes, one of which may be a single view.
+
+    Parameters
+    ----------
+    shape : Shape
+        Its frame stays.
+    other : Shape
+    T_shape_other : (4, 4) float64
+    config : Config
+
+    Returns
+    -------
+    Shape
+    """
+    moved = {name: T_shape_other @ pose for name, pose in other.members.items()}
+    surface = grow_surface(shape.surface, other.surface, T_shape_other, config)
+    return Shape(surface, {**shape.members, **moved})
+
+
+def regrow(
+    surfaces: Mapping[str, Surface], poses: Mapping[str, Floats], config: Config
+) -> Shape:
+    """
+    Grow a shape anew from its views at given poses (views taken back, poses refined).
+
+    Parameters
+    ----------
+    surfaces : mapping of str to Surface
+        Of the single views, by name.
+    poses : mapping of str to (4, 4) float64
+        `T_shape_view`; the first view's frame becomes the shape's.
+    config : Config
+    """
+    names: Iterable[str] = iter(poses)
+    first = next(iter(names))
+    to_first = np.linalg.inv(poses[first])
+    shape = seed_shape(surfaces[first])
+    for name in list(poses)[1:]:
+        shape = grow(shape, seed_shape(surfaces[name]), to_first @ poses[name], config)
+    return shape
+
+
+def plausibility(source: Surface, target: Surface, config: Config, *, threads: int = 0) -> float:
+    """
+    Tell how likely two surfaces overlap, without refining any pose.
+
+    Returns
+    -------
+    float
+        The best score that a nearest match reaches as it is; about 0 for surfaces of different
+        objects, -1 without features.
+    """
+    nearest = replace(config.matching, neighbours=1)
+    matches = match(source.features, target.features, nearest)
+    poses = match_transforms(source.features, target.features, matches)
+    if not len(poses):
+        return -1.0
+    unit = 0.5 * (source.resolution + target.resolution)
+    settings = config.pairwise
+    scores = score(
+        source.evidence, target.evidence, poses, samples=settings.samples_coarse,
+        tau=settings.tau_mr * unit, front=settings.front_mr * unit, threads=threads)
+    return float(worth(scores, COARSE).max())

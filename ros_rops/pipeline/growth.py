@@ -1,0 +1,204 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Which shape tries which, and when: a registration is paid for only where it has a chance.
+
+Every view starts as a shape of its own. A newcomer tries the shapes whose matched features make
+it plausible, best first; where two fit they become one, which is then a newcomer itself. What is
+left waits, and tries again when the shapes have grown.
+"""
+
+from collections.abc import Mapping, MutableMapping
+from dataclasses import dataclass
+import time
+
+import numpy as np
+
+from ros_rops.core.config import Config
+from ros_rops.core.pairwise import PairResult, register
+from ros_rops.core.shape_growing import grow, plausibility, regrow, Shape
+from ros_rops.core.surface import Surface
+from ros_rops.core.types import Status
+from ros_rops.pipeline.reports import ViewReport
+
+
+@dataclass(frozen=True, slots=True)
+class _Chance:
+    """A pair of shapes (by key) and how plausible it is that they fit."""
+
+    plausibility: float
+    smaller: int
+    larger: int
+
+
+class Growth:
+    """
+    The shapes of a session, single views among them.
+
+    Parameters
+    ----------
+    config : Config
+    threads : int
+    seconds : mutable mapping of str to float
+        Wall seconds by stage, added to.
+    """
+
+    def __init__(
+        self, config: Config, threads: int, seconds: MutableMapping[str, float]
+    ) -> None:
+        self.trace: list[PairResult] = []
+        self._config = config
+        self._threads = threads
+        self._seconds = seconds
+        self._shapes: dict[int, Shape] = {}
+        self._object_ids: dict[int, int] = {}
+        self._chances: dict[tuple[int, int], float] = {}
+        self._tried: set[tuple[int, int]] = set()
+        self._words: dict[str, PairResult] = {}
+        self._next_key = 0
+        self._next_object = 0
+
+    def arrive(self, shape: Shape) -> None:
+        """Take a new view in and let it, and what it changes, find its place."""
+        self._grow_from(self._insert(shape), self._config.growth.plausible)
+
+    def settle(self) -> None:
+        """Try all that has a chance at all, best first, until nothing fits any more."""
+        least = self._config.growth.least
+        while True:
+            chances = [
+                chance for chance in self._open_chances(least)
+            ]
+            if not chances:
+                return
+            self._try(chances[0])
+
+    def objects(self) -> dict[int, Shape]:
+        """Shapes of two or more views by object id."""
+        return {self._object_ids[key]: self._shapes[key] for key in self._object_ids}
+
+    def replace(self, object_id: int, shape: Shape) -> None:
+        """Put a shape of the same views, with better poses, in the place of an object's."""
+        key = next(k for k, number in self._object_ids.items() if number == object_id)
+        self._shapes[key] = shape
+
+    def take_back(self, name: str, surfaces: Mapping[str, Surface]) -> None:
+        """Remove a view; `surfaces` are those of the remaining views."""
+        key = self._key_of(name)
+        poses = {k: pose for k, pose in self._shapes[key].members.items() if k != name}
+        self._words.pop(name, None)
+        object_id = self._object_ids.get(key)
+        self._forget(key)
+        if not poses:
+            return
+        fresh = self._insert(regrow(surfaces, poses, self._config))
+        if len(poses) > 1 and object_id is not None:
+            self._object_ids[fresh] = object_id
+
+    def report(self, name: str) -> ViewReport:
+        """Return the current word on a view."""
+        key = self._key_of(name)
+        word = self._words.get(name)
+        object_id = self._object_ids.get(key)
+        if object_id is not None:
+            reason = word.reason if word else 'the others were registered to it'
+            return ViewReport(
+                name, Status.PLACED, object_id, reason, word.numbers if word else {})
+        if word is None:
+            return ViewReport(
+                name, Status.PENDING, None, 'waits for views that overlap it', {})
+        status = Status.AMBIGUOUS if word.status is Status.AMBIGUOUS else Status.PENDING
+        return ViewReport(
+            name, status, None, f'against {word.target}: {word.reason}', word.numbers)
+
+    def _grow_from(self, key: int, least: float) -> None:
+        """Let one shape, and what becomes of it, try the others."""
+        tries = 0
+        while tries < self._config.growth.tries:
+            chances = [c for c in self._open_chances(least) if key in (c.smaller, c.larger)]
+            if not chances:
+                return
+            merged = self._try(chances[0])
+            tries += 1
+            if merged is not None:
+                key, tries = merged, 0
+
+    def _open_chances(self, least: float) -> list[_Chance]:
+        """Pairs not yet tried in their present state, the most plausible first."""
+        keys = sorted(self._shapes)
+        found = []
+        for i, a in enumerate(keys):
+            for b in keys[i + 1:]:
+                if (a, b) in self._tried:
+                    continue
+                value = self._plausibility(a, b)
+                if value >= least:
+                    small, large = sorted((a, b), key=lambda k: (self._shapes[k].size, -k))
+                    found.append(_Chance(value, small, large))
+        return sorted(found, key=lambda c: (-c.plausibility, c.smaller, c.larger))
+
+    def _plausibility(self, a: int, b: int) -> float:
+        if (a, b) not in self._chances:
+            started = time.perf_counter()
+            self._chances[a, b] = plausibility(
+                self._shapes[a].surface, self._shapes[b].surface, self._config,
+                threads=self._threads)
+            self._seconds['screen'] += time.perf_counter() - started
+        return self._chances[a, b]
+
+    def _try(self, chance: _Chance) -> int | None:
+        """Register the smaller shape to the larger; return the key of what they became."""
+        small, large = self._shapes[chance.smaller], self._shapes[chance.larger]
+        self._tried.add((min(chance.smaller, chance.larger), max(chance.smaller, chance.larger)))
+        result = register(small.surface, large.surface, self._config, threads=self._threads)
+        self.trace.append(result)
+        for stage, seconds in result.seconds.items():
+            self._seconds[stage] += seconds
+        if result.status is not Status.PLACED or result.T_target_source is None:
+            self._remember(small, result)
+            return None
+        for name in small.members:
+            self._words[name] = result
+        return self._merge(chance.smaller, chance.larger, result.T_target_source)
+
+    def _remember(self, shape: Shape, result: PairResult) -> None:
+        """Keep the most telling word on a view that stays alone."""
+        if shape.size > 1:
+            return
+        name = next(iter(shape.members))
+        known = self._words.get(name)
+        if known is None or _telling(result) > _telling(known):
+            self._words[name] = result
+
+    def _merge(self, small: int, large: int, pose: np.ndarray) -> int:
+        started = time.perf_counter()
+        merged = grow(self._shapes[large], self._shapes[small], pose, self._config)
+        ids = [self._object_ids[k] for k in (large, small) if k in self._object_ids]
+        self._forget(small)
+        self._forget(large)
+        key = self._insert(merged)
+        if not ids:
+            ids = [self._next_object]
+            self._next_object += 1
+        self._object_ids[key] = min(ids)
+        self._seconds['grow'] += time.perf_counter() - started
+        return key
+
+    def _insert(self, shape: Shape) -> int:
+        key = self._next_key
+        self._next_key += 1
+        self._shapes[key] = shape
+        return key
+
+    def _forget(self, key: int) -> None:
+        del self._shapes[key]
+        self._object_ids.pop(key, None)
+        self._chances = {k: v for k, v in self._chances.items() if key not in k}
+        self._tried = {k for k in self._tried if key not in k}
+
+    def _key_of(self, name: str) -> int:
+        return next(key for key, shape in self._shapes.items() if name in shape.members)
+
+
+def _telling(result: PairResult) -> tuple[bool, float]:
+    return result.status is Status.AMBIGUOUS, result.numbers.get('score', -1.0)

@@ -1,0 +1,227 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""The engine's state: unordered views come in, one shape per object grows (IV)."""
+
+from collections.abc import Mapping
+import time
+from types import MappingProxyType
+
+import numpy as np
+
+from ros_rops.core.config import Config
+from ros_rops.core.errors import ParameterError, ViewError
+from ros_rops.core.fine import FineView, refine_shape
+from ros_rops.core.pairwise import PairResult
+from ros_rops.core.shape_growing import regrow, seed_shape, Shape
+from ros_rops.core.types import RangeView, Status, Units
+from ros_rops.core.verdict import self_stiffness
+from ros_rops.pipeline.growth import Growth
+from ros_rops.pipeline.prepare import prepare, PreparedView
+from ros_rops.pipeline.reports import ObjectModel, PlacedView, ViewReport
+from ros_rops.pipeline.units import in_units
+
+SECONDS = ('prepare', 'screen', 'match', 'quick', 'thorough', 'grow', 'fine')
+
+
+class Session:
+    """
+    Register range views incrementally into one model per object.
+
+    Synchronous and deterministic: the state is a function of the views added, in their order,
+    and of the parameters; threads do not change it.
+
+    Parameters
+    ----------
+    config : Config
+    threads : int
+        0 takes all cores.
+    units : {'m', 'mm'}, optional
+        Of everything that comes out; by default those of the first view that states its units.
+
+    Examples
+    --------
+    >>> session = Session()
+    >>> session.objects
+    ()
+    """
+
+    def __init__(
+        self, config: Config | None = None, *, threads: int = 0, units: Units | None = None
+    ) -> None:
+        self.config = config or Config()
+        self.threads = threads
+        self._units = None if units == 'unknown' else units
+        self._prepared: dict[str, PreparedView] = {}
+        self._views: dict[str, RangeView] = {}
+        self._refused: dict[str, ViewReport] = {}
+        self._fits: dict[str, Mapping[str, float]] = {}
+        self._seconds = dict.fromkeys(SECONDS, 0.0)
+        self._growth = Growth(self.config, threads, self._seconds)
+
+    def add(self, view: RangeView) -> ViewReport:
+        """
+        Take a view and place it, if it can be placed now.
+
+        Parameters
+        ----------
+        view : RangeView
+            Its name must be new to the session.
+
+        Returns
+        -------
+        ViewReport
+            The word on this view; the word on earlier ones may have changed too (`reports`).
+
+        Raises
+        ------
+        ParameterError
+            If a view of this name was added before.
+        """
+        if view.name in self._views:
+            raise ParameterError(f'view {view.name!r} was added before')
+        view = in_units(view, self._agree_on_units(view))
+        self._views[view.name] = view
+        started = time.perf_counter()
+        try:
+            prepared = prepare(
+                view, self.config, resolution=self._resolution(), threads=self.threads)
+            self._check_resolution(prepared)
+        except ViewError as error:
+            self._refused[view.name] = ViewReport(view.name, Status.REFUSED, None, str(error))
+            return self._refused[view.name]
+        finally:
+            self._seconds['prepare'] += time.perf_counter() - started
+        self._prepared[view.name] = prepared
+        firmness = self_stiffness(prepared.surface)
+        if firmness < self.config.verdict.stiffness:
+            self._refused[view.name] = ViewReport(
+                view.name, Status.AMBIGUOUS, None,
+                f'the view slides or turns on itself, like a plane, a sphere or a cylinder: '
+                f'stiffness {firmness:.4f} is below {self.config.verdict.stiffness}',
+                {'stiffness': firmness})
+            return self._refused[view.name]
+        self._growth.arrive(seed_shape(prepared.surface))
+        return self._report(view.name)
+
+    def finish(self) -> None:
+        """
+        Give waiting views their last chances, then refine all views of each object together.
+
+        More views may be added afterwards.
+        """
+        self._growth.settle()
+        started = time.perf_counter()
+        for object_id, shape in self._growth.objects().items():
+            self._refine(object_id, shape)
+        self._seconds['fine'] += time.perf_counter() - started
+
+    def remove(self, name: str) -> None:
+        """
+        Take a view back, as if it had not been placed; what it held together stays together.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such view.
+        """
+        if name not in self._views:
+            raise ParameterError(f'no view {name!r} in the session')
+        del self._views[name]
+        self._refused.pop(name, None)
+        self._fits.pop(name, None)
+        if self._prepared.pop(name, None) is None:
+            return
+        surfaces = {key: item.surface for key, item in self._prepared.items()}
+        self._growth.take_back(name, surfaces)
+
+    @property
+    def reports(self) -> tuple[ViewReport, ...]:
+        """The current word on every view, in order of arrival."""
+        return tuple(self._report(name) for name in self._views)
+
+    @property
+    def objects(self) -> tuple[ObjectModel, ...]:
+        """Objects of two or more views, by id."""
+        return tuple(
+            ObjectModel(object_id, tuple(
+                PlacedView(name, shape.members[name], self._report(name).numbers)
+                for name in self._views if name in shape.members))
+            for object_id, shape in sorted(self._growth.objects().items())
+        )
+
+    @property
+    def views(self) -> Mapping[str, RangeView]:
+        """All views by name, in the session's units."""
+        return MappingProxyType(self._views)
+
+    @property
+    def prepared(self) -> Mapping[str, PreparedView]:
+        """The views that could be meshed, by name."""
+        return MappingProxyType(self._prepared)
+
+    @property
+    def units(self) -> Units:
+        """Units of poses and points."""
+        return self._units or 'unknown'
+
+    @property
+    def mesh_resolution(self) -> float:
+        """Mean of the views' mesh resolutions; 0 without views."""
+        found = [item.mesh.resolution for item in self._prepared.values()]
+        return float(np.mean(found)) if found else 0.0
+
+    @property
+    def attempts(self) -> int:
+        """Pairwise registrations attempted: a view or shape against a shape."""
+        return len(self._growth.trace)
+
+    @property
+    def trace(self) -> tuple[PairResult, ...]:
+        """Every registration attempted, in order."""
+        return tuple(self._growth.trace)
+
+    @property
+    def stage_seconds(self) -> Mapping[str, float]:
+        """Wall seconds by stage."""
+        return MappingProxyType(self._seconds)
+
+    def _agree_on_units(self, view: RangeView) -> Units:
+        if self._units is None and view.units != 'unknown':
+            self._units = view.units
+        return self._units or 'unknown'
+
+    def _resolution(self) -> float | None:
+        """What `mr` means in this session: the resolution of its first view."""
+        first = next(iter(self._prepared.values()), None)
+        return first.surface.resolution if first else None
+
+    def _check_resolution(self, prepared: PreparedView) -> None:
+        expected = self._resolution()
+        if expected is None:
+            return
+        ratio = prepared.mesh.resolution / expected
+        most = self.config.growth.resolution_ratio
+        if not 1.0 / most <= ratio <= most:
+            raise ViewError(
+                f'view {prepared.view.name!r}: its mesh resolution {prepared.mesh.resolution:.4g} '
+                f'is {ratio:.3g} times that of the first view: other units, or another sensor?')
+
+    def _refine(self, object_id: int, shape: Shape) -> None:
+        names = list(shape.members)
+        result = refine_shape(
+            [FineView.of(self._prepared[name].mesh) for name in names],
+            [shape.members[name] for name in names],
+            shape.surface.resolution, self.config.fine, threads=self.threads)
+        for name, fit in zip(names, result.views, strict=True):
+            self._fits[name] = {
+                'fine_residual_mr': fit.residual_mr, 'fine_stiffness': fit.stiffness}
+        poses = dict(zip(names, result.poses, strict=True))
+        surfaces = {name: self._prepared[name].surface for name in names}
+        self._growth.replace(object_id, regrow(surfaces, poses, self.config))
+
+    def _report(self, name: str) -> ViewReport:
+        if name in self._refused:
+            return self._refused[name]
+        report = self._growth.report(name)
+        numbers = {**report.numbers, **self._fits.get(name, {})}
+        return ViewReport(name, report.status, report.object_id, report.reason, numbers)
