@@ -101,7 +101,6 @@ setup(
         'mcap-ros2-support>=0.5,<1',
         'numpy>=1.26,<3',
         'pyyaml>=6,<7',
-        'rosbags>=0.10,<1',
         'scipy>=1.11,<2',
     ],
     extras_require={'bench': BENCH, 'test': TEST},

@@ -114,8 +114,7 @@ def _add_all(
         for outcome in _outcomes(sources, intake, units):
             if isinstance(outcome, BadView):
                 name = intake.name(outcome.name)
-                intake.refusals[name] = Refusal(name, outcome.reason)
-                progress.step(f'{name}: refused: {outcome.reason}')
+                progress.step(_refuse(intake, name, outcome.reason))
                 continue
             name = intake.name(outcome.view.name)
             intake.notes.add(outcome.view.name, outcome.notes)
@@ -135,7 +134,19 @@ def _outcomes(
             intake.read_seconds += time.perf_counter() - started
             if outcome is None:
                 break
-            yield outcome
+            yield _located(outcome, source.path)
+
+
+def _located(outcome: NotedView | BadView, path: Path) -> NotedView | BadView:
+    """Take the file's place out of a reason: the result must not depend on where it lies."""
+    if isinstance(outcome, BadView):
+        return replace(outcome, reason=outcome.reason.removeprefix(f'{path}: '))
+    return outcome
+
+
+def _refuse(intake: _Intake, name: str, reason: str) -> str:
+    intake.refusals[name] = Refusal(name, reason)
+    return f'{name}: refused: {reason}'
 
 
 def _add(session: Any, view: RangeView, intake: _Intake) -> str:
@@ -143,8 +154,7 @@ def _add(session: Any, view: RangeView, intake: _Intake) -> str:
     try:
         report = session.add(view)
     except ViewError as error:
-        intake.refusals[view.name] = Refusal(view.name, str(error))
-        return f'{view.name}: refused: {error}'
+        return _refuse(intake, view.name, str(error))
     if report.object_id is not None:
         return f'{view.name}: {report.status.value} in object {report.object_id}'
     return f'{view.name}: {report.status.value}: {report.reason}'

@@ -24,7 +24,6 @@ KEYS = {
     'pybind11': 'pybind11-dev',
     'pytest': 'python3-pytest',
     'rclpy': 'rclpy',
-    'rosbags': None,
     'scipy': 'python3-scipy',
     'sensor_msgs': 'sensor_msgs',
     'setuptools': 'python3-setuptools',
@@ -32,6 +31,9 @@ KEYS = {
     'visualization_msgs': 'visualization_msgs',
     'yaml': 'python3-yaml',
 }
+# Import name -> name on the package index, where they differ.
+INDEX_NAMES = {'mcap_ros2': 'mcap-ros2-support', 'yaml': 'pyyaml'}
+OPTIONAL = {'open3d'}
 OURS = ('ros_rops', 'msg_adapters', 'meta', 'oracle', 'property', 'reference', 'unit')
 # Brought by every ament_python build.
 IMPLIED = {'python3-setuptools'}
@@ -101,6 +103,15 @@ def test_every_import_of_the_tests_is_declared(package):
         module: path for module, path in _third_party('test').items()
         if module not in KEYS or (KEYS[module] is not None and KEYS[module] not in declared)}
     assert missing == {}
+
+
+def test_pip_installs_what_is_imported_and_nothing_else():
+    setup = (ROOT / 'setup.py').read_text(encoding='utf-8')
+    listed = re.search(r'install_requires=\[(.*?)\]', setup, re.DOTALL).group(1)
+    required = set(re.findall(r"'([a-z0-9-]+)>=[^']*,<[^']*'", listed))
+    imported = set(_third_party('ros_rops', 'msg_adapters')) - OPTIONAL
+    assert required == {INDEX_NAMES.get(module, module) for module in imported}
+    assert listed.count("'") == 2 * len(required), 'a requirement is no range'
 
 
 def test_every_declared_key_is_imported(package):
