@@ -34,7 +34,7 @@ class IcpResult:
     iterations : int
         Steps made.
     converged : bool
-        The last step moved the sample by less than the tolerance.
+        The last step, or the last two together, moved the sample by less than the tolerance.
     pairs : int
         Pairs of the last sample within the rejection distance.
     """
@@ -67,7 +67,8 @@ def paper_icp(
     resolution : float
         `dres`, in the points' units.
     config : IcpConfig
-        The sample of an iteration is `sample_size` points (eq. 8) of one random order of all.
+        The sample of an iteration is the first `sample_size` points (eq. 8) of one random order
+        of all, and never smaller than the one before.
     tree : cKDTree, optional
         Of `target_points`, if there is one already.
 
@@ -209,15 +210,20 @@ def _icp(
         config.reject_mr * resolution)
     transform, converged, count = start.astype(np.float64), False, 0
     # Nothing is known of the residual yet: it counts as large.
-    pairs = search.pairs(transform, config.n_min)
+    size, last = config.n_min, None
+    pairs = search.pairs(transform, size)
     while count < config.iterations and not converged:
         motion = _step(pairs)
         if motion is None:
             break
         transform, count = motion @ transform, count + 1
-        shift = move(motion, pairs.moved) - pairs.moved
-        converged = _size(shift) <= config.tolerance_mr * resolution
-        pairs = search.pairs(transform, sample_size(pairs.residual / resolution, config))
+        # A few matches that flip to and fro make it swing between two poses for ever.
+        steps = [motion] if last is None else [motion, motion @ last]
+        shift = min(_size(move(step, pairs.moved) - pairs.moved) for step in steps)
+        converged, last = shift <= config.tolerance_mr * resolution, motion
+        # Never fewer than before: samples that come and go would keep it swinging.
+        size = max(size, sample_size(pairs.residual / resolution, config))
+        pairs = search.pairs(transform, size)
     return IcpResult(transform, pairs.residual / resolution, count, converged, len(pairs.moved))
 
 

@@ -142,7 +142,8 @@ def _best(
     starts = np.flatnonzero(np.diff(rows, prepend=-1))
     squared = (_squared if len(rows) < _CROWD * k * len(starts) else _squared_of_equals)(
         a, b, rows, columns)
-    order = np.lexsort((columns, squared, rows))
+    # Stable: among equal distances the columns go on rising.
+    order = np.lexsort((squared, rows))
     keep = order[(starts[:, None] + np.arange(k)).reshape(-1)]
     return rows[keep], columns[keep], squared[keep]
 
