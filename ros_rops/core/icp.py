@@ -250,7 +250,7 @@ def _step(pairs: _Pairs) -> Floats | None:
 def _to_points(moved: Floats, target: Floats) -> Floats | None:
     motions, determined = fit_rigid(
         np.array([float(len(moved))]), moved.sum(axis=0)[None], target.sum(axis=0)[None],
-        (target.T @ moved)[None])
+        np.einsum('ni,nj->ij', target, moved)[None])
     return motions[0] if determined[0] else None
 
 
@@ -261,10 +261,12 @@ def _to_planes(moved: Floats, target: Floats, normals: Floats) -> Floats | None:
         return None
     rows = np.concatenate([np.cross(moved / unit, normals), normals], axis=1)
     gaps = np.einsum('ij,ij->i', target - moved, normals) / unit
-    values, vectors = np.linalg.eigh(rows.T @ rows)
+    # einsum: the sums of a BLAS product depend on its threads.
+    values, vectors = np.linalg.eigh(np.einsum('ni,nj->ij', rows, rows))
     held = values > _STIFFNESS * values[-1]
     vectors = vectors[:, held]
-    motion = vectors @ ((vectors.T @ (rows.T @ gaps)) / values[held])
+    pull = np.einsum('ni,n->i', rows, gaps)
+    motion = vectors @ ((vectors.T @ pull) / values[held])
     return rigid(Rotation.from_rotvec(motion[:3]).as_matrix(), motion[3:] * unit)
 
 

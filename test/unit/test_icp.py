@@ -4,7 +4,7 @@
 
 import numpy as np
 import pytest
-from reference.surfaces import bumpy_mesh, bumps, height_view
+from reference.surfaces import bumps, bumpy_mesh, height_view
 from ros_rops.core.config import IcpConfig, MeshConfig
 from ros_rops.core.errors import ParameterError, ShapeError
 from ros_rops.core.icp import paper_icp, point_to_plane_icp, sample_size
