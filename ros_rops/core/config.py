@@ -84,6 +84,8 @@ class MatchingConfig(Group):
         5, 'Nearest features taken for each feature (the paper: 1).', low=1, high=100)
     both_directions: bool = param(
         True, 'Match the target to the source too (the paper: no).')
+    most: int = param(
+        20000, 'Most matches of two sides.', low=10, high=10000000)
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,14 +10,7 @@ from ros_rops.core.config import MatchingConfig
 from ros_rops.core.errors import ShapeError
 from ros_rops.core.se3 import rigid
 from ros_rops.core.types import Features, Floats, frozen, Ints
-
-# Entries of the table of distances held at once: stays in the cache of a core.
-_BLOCK = 1 << 19
-# Pairs whose descriptors are held side by side at once.
-_PAIRS = 1 << 14
-# Short lists this many times too long: a plane, say, whose descriptors are all the same.
-_CROWD = 8
-
+from ros_rops.kernels.matching import Nearest, nearest_descriptors
 
 @dataclass(frozen=True, slots=True)
 class Matches:
@@ -41,7 +34,9 @@ class Matches:
         return len(self.source)
 
 
-def match(source: Features, target: Features, config: MatchingConfig) -> Matches:
+def match(
+    source: Features, target: Features, config: MatchingConfig, *, threads: int = 0
+) -> Matches:
     """
     Match features by the distance of their descriptors (III-B, eq. 5).
 
@@ -53,12 +48,14 @@ def match(source: Features, target: Features, config: MatchingConfig) -> Matches
     source, target : Features
         Of the two views; either may hold none.
     config : MatchingConfig
+    threads : int
+        0 takes all cores; no influence on the result.
 
     Returns
     -------
     Matches
-        By (distance, source, target). Equal distances go to the lower index; neither the number
-        of threads nor the BLAS library changes the result.
+        At most `most`: nearest neighbours go before second nearest, and so on; then by
+        (distance, source, target).
 
     Raises
     ------
@@ -70,15 +67,27 @@ def match(source: Features, target: Features, config: MatchingConfig) -> Matches
         raise ShapeError(f'descriptors: {a.shape} of source do not fit {b.shape} of target')
     if not len(a) or not len(b):
         return _matches(*(np.zeros(0, np.intp),) * 2, np.zeros(0))
-    rows, columns, squared = _nearest(a, b, config.neighbours)
-    if config.both_directions:
-        back, ahead, other = _nearest(b, a, config.neighbours)
-        rows, columns = np.concatenate([rows, ahead]), np.concatenate([columns, back])
-        _, first = np.unique(rows * len(b) + columns, return_index=True)
-        squared = np.concatenate([squared, other])[first]
-        rows, columns = rows[first], columns[first]
-    order = np.lexsort((columns, rows, squared))
-    return _matches(rows[order], columns[order], np.sqrt(squared[order]))
+    sides = nearest_descriptors(
+        a, b, config.neighbours, both=config.both_directions, threads=threads)
+    rows, columns, ranks, distance = _listed(sides)
+    order = np.lexsort((columns, rows, distance, ranks))
+    _, first = np.unique(rows[order] * np.int64(len(b)) + columns[order], return_index=True)
+    order = order[np.sort(first)[:config.most]]
+    order = order[np.lexsort((columns[order], rows[order], distance[order]))]
+    return _matches(rows[order], columns[order], distance[order])
+
+
+def _listed(sides: tuple[Nearest, ...]) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+    """Rows of source and target, rank and distance of every match, both sides in one list."""
+    rows, columns, ranks = [], [], []
+    for k, side in enumerate(sides):
+        own, rank = np.indices(side.index.shape)
+        pair = (own.reshape(-1), side.index.reshape(-1))
+        rows.append(pair[k])
+        columns.append(pair[1 - k])
+        ranks.append(rank.reshape(-1))
+    distance = np.concatenate([side.distance.reshape(-1) for side in sides])
+    return np.concatenate(rows), np.concatenate(columns), np.concatenate(ranks), distance
 
 
 def match_transforms(source: Features, target: Features, matches: Matches) -> Floats:
@@ -104,65 +113,3 @@ def match_transforms(source: Features, target: Features, matches: Matches) -> Fl
 def _matches(source: NDArray, target: NDArray, distance: NDArray) -> Matches:
     return Matches(
         frozen(source, np.int32), frozen(target, np.int32), frozen(distance, np.float32))
-
-
-def _nearest(a: NDArray, b: NDArray, k: int) -> tuple[NDArray, NDArray, Floats]:
-    """
-    Find the `k` nearest rows of `b` for each row of `a`: rows, columns, squared distances.
-
-    A float32 product gives a short list, wide enough for its rounding; float64 decides.
-    """
-    k = min(k, len(b))
-    # Distances lose digits to the norms, so those should be small.
-    centre = b.mean(axis=0, dtype=np.float64)
-    near_a, near_b = (a - centre).astype(np.float32), (b - centre).astype(np.float32)
-    norm_a = np.einsum('ij,ij->i', near_a, near_a)
-    norm_b = np.einsum('ij,ij->i', near_b, near_b)
-    # The worst that rounding can do to a squared distance, on both sides of the limit.
-    slack = 4 * (a.shape[1] + 4) * np.finfo(np.float32).eps * (norm_a + norm_b.max())
-    near_b *= -2
-    found = []
-    size = max(_BLOCK // len(b), 1)
-    for start in range(0, len(a), size):
-        stop = start + size
-        # The norm of a is the same for all of a row: left out.
-        table = near_a[start:stop] @ near_b.T
-        table += norm_b
-        limit = np.partition(table, k - 1, axis=1)[:, k - 1] + slack[start:stop]
-        rows, columns = np.divmod(np.flatnonzero(table <= limit[:, None]), len(b))
-        found.append(_best(a, b, rows + start, columns, k))
-    rows, columns, squared = (np.concatenate(part) for part in zip(*found, strict=True))
-    return rows, columns, squared
-
-
-def _best(
-    a: NDArray, b: NDArray, rows: NDArray, columns: NDArray, k: int
-) -> tuple[NDArray, NDArray, Floats]:
-    """Keep the `k` nearest of each row, judged in float64; every row has at least k."""
-    starts = np.flatnonzero(np.diff(rows, prepend=-1))
-    squared = (_squared if len(rows) < _CROWD * k * len(starts) else _squared_of_equals)(
-        a, b, rows, columns)
-    # Stable: among equal distances the columns go on rising.
-    order = np.lexsort((squared, rows))
-    keep = order[(starts[:, None] + np.arange(k)).reshape(-1)]
-    return rows[keep], columns[keep], squared[keep]
-
-
-def _squared(a: NDArray, b: NDArray, rows: NDArray, columns: NDArray) -> Floats:
-    """Return the squared distances of pairs of rows of `a` and `b`."""
-    result = np.empty(len(rows))
-    for start in range(0, len(rows), _PAIRS):
-        part = slice(start, start + _PAIRS)
-        difference = np.subtract(a[rows[part]], b[columns[part]], dtype=np.float64)
-        result[part] = np.einsum('ij,ij->i', difference, difference)
-    return result
-
-
-def _squared_of_equals(a: NDArray, b: NDArray, rows: NDArray, columns: NDArray) -> Floats:
-    """Do the same once for all pairs of equal descriptors."""
-    different_a, row = np.unique(a[rows[0]:rows[-1] + 1], axis=0, return_inverse=True)
-    different_b, column = np.unique(b, axis=0, return_inverse=True)
-    code = row.reshape(-1)[rows - rows[0]] * len(different_b) + column.reshape(-1)[columns]
-    pairs, place = np.unique(code, return_inverse=True)
-    first, second = np.divmod(pairs, len(different_b))
-    return _squared(different_a, different_b, first, second)[place.reshape(-1)]

@@ -68,7 +68,7 @@ def register(
     """
     settings = config.pairwise
     watch = _Watch()
-    matched = _matched(source, target, config)
+    matched = _matched(source, target, config, threads)
     watch.lap('match')
     candidates = search(
         source, target, matched, min(settings.quick, settings.refined), settings,
@@ -86,10 +86,13 @@ def register(
     return _result(source, target, verdict, candidates, len(matched), watch)
 
 
-def _matched(source: Surface, target: Surface, config: Config) -> Floats:
+def _matched(
+    source: Surface, target: Surface, config: Config, threads: int
+) -> Floats:
     if not config.pairwise.matches:
         return np.empty((0, 4, 4))
-    matches = match(source.features, target.features, config.matching)
+    matches = match(
+        source.features, target.features, config.matching, threads=threads)
     return match_transforms(source.features, target.features, matches)
 
 

@@ -97,7 +97,7 @@ def plausibility(source: Surface, target: Surface, config: Config, *, threads: i
         objects, -1 without features.
     """
     nearest = replace(config.matching, neighbours=1)
-    matches = match(source.features, target.features, nearest)
+    matches = match(source.features, target.features, nearest, threads=threads)
     poses = match_transforms(source.features, target.features, matches)
     if not len(poses):
         return -1.0

@@ -5,10 +5,12 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from ros_rops.core.config import Config
 from ros_rops.core.errors import ViewError
 from ros_rops.core.rops import compute_features
+from ros_rops.core.se3 import move
 from ros_rops.core.types import Features, Floats, RangeMesh, SensorModel
 from ros_rops.kernels.verification import Evidence
 
@@ -101,16 +103,22 @@ def grow_surface(
     """
     near = config.evidence.grow_mr * shape.resolution
     evidence = shape.evidence.grown(view.evidence, T_shape_view, near)
-    return Surface(
-        shape.name, _joined(shape.features, view.features, T_shape_view), evidence,
-        shape.resolution)
+    spacing = config.keypoints.spacing_mr * shape.resolution
+    features = _joined(shape.features, view.features, T_shape_view, spacing)
+    return Surface(shape.name, features, evidence, shape.resolution)
 
 
-def _joined(shape: Features, view: Features, T_shape_view: Floats) -> Features:
-    turn, shift = T_shape_view[:3, :3], T_shape_view[:3, 3]
+def _joined(
+    shape: Features, view: Features, T_shape_view: Floats, spacing: float
+) -> Features:
+    positions = move(T_shape_view, view.positions)
+    fresh = np.ones(len(positions), dtype=bool)
+    if len(shape.positions) and len(positions):
+        distance, _ = cKDTree(shape.positions).query(positions, distance_upper_bound=spacing)
+        fresh = ~np.isfinite(distance)
     return Features(
-        indices=np.concatenate([shape.indices, view.indices]),
-        positions=np.concatenate([shape.positions, view.positions @ turn.T + shift]),
-        lrfs=np.concatenate([shape.lrfs, view.lrfs @ turn.T]),
-        descriptors=np.concatenate([shape.descriptors, view.descriptors]),
+        indices=np.concatenate([shape.indices, view.indices[fresh]]),
+        positions=np.concatenate([shape.positions, positions[fresh]]),
+        lrfs=np.concatenate([shape.lrfs, view.lrfs[fresh] @ T_shape_view[:3, :3].T]),
+        descriptors=np.concatenate([shape.descriptors, view.descriptors[fresh]]),
     )

@@ -4,6 +4,7 @@
 
 namespace rops {
 // One function per source file binds what that file offers.
+void bind_matching(pybind11::module_& m);
 void bind_mesh(pybind11::module_& m);
 void bind_features(pybind11::module_& m);
 void bind_verification(pybind11::module_& m);
@@ -12,6 +13,7 @@ void bind_fine(pybind11::module_& m);
 
 PYBIND11_MODULE(_kernels, m) {
   m.doc() = "Compiled loops; use the typed faces in ros_rops.kernels instead.";
+  rops::bind_matching(m);
   rops::bind_mesh(m);
   rops::bind_features(m);
   rops::bind_verification(m);
