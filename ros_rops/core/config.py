@@ -173,10 +173,12 @@ class PairwiseConfig(Group):
     front_mr: float = param(
         8.0, 'Depth in front of what the other sensor saw that contradicts a hypothesis.',
         unit='mr', low=1.0, high=50.0)
+    samples_first: int = param(
+        30, 'Points of each side that score every hypothesis.', low=10, high=100000)
     samples_coarse: int = param(
-        100, 'Points of each side that score every hypothesis.', low=10, high=100000)
+        100, 'Points of each side that score the better part of them.', low=10, high=100000)
     samples_fine: int = param(
-        300, 'Points of each side that score the best fifth.', low=10, high=100000)
+        300, 'Points of each side that score the best of those.', low=10, high=100000)
     samples_refine: int = param(
         200, 'Points of each side in a round of refinement.', low=10, high=100000)
     rounds: int = param(12, 'Rounds of refinement.', low=1, high=100)

@@ -102,12 +102,32 @@ def match_transforms(source: Features, target: Features, matches: Matches) -> Fl
     Returns
     -------
     (M, 4, 4) float64
-        `T_target_source`: R = Lt^T Ls with the axes of the frames as rows, t = pt - R ps.
+        `T_target_source`.
     """
-    frames, others = source.lrfs[matches.source], target.lrfs[matches.target]
-    rotations = np.einsum('mki,mkj->mij', others, frames)
-    moved = np.einsum('mij,mj->mi', rotations, source.positions[matches.source])
-    return rigid(rotations, target.positions[matches.target] - moved)
+    i, j = matches.source, matches.target
+    return frame_transforms(
+        source.positions[i], source.lrfs[i], target.positions[j], target.lrfs[j])
+
+
+def frame_transforms(
+    source_positions: Floats, source_lrfs: Floats, target_positions: Floats, target_lrfs: Floats
+) -> Floats:
+    """
+    Bring each source frame on its target frame: R = Lt^T Ls, t = pt - R ps (eqs. 6-7).
+
+    Parameters
+    ----------
+    source_positions, target_positions : (M, 3) float64
+    source_lrfs, target_lrfs : (M, 3, 3) float64
+        Rows are the axes.
+
+    Returns
+    -------
+    (M, 4, 4) float64
+    """
+    rotations = np.swapaxes(target_lrfs, 1, 2) @ source_lrfs
+    moved = (rotations @ source_positions[:, :, None])[:, :, 0]
+    return rigid(rotations, target_positions - moved)
 
 
 def _matches(source: NDArray, target: NDArray, distance: NDArray) -> Matches:

@@ -8,6 +8,7 @@ import math
 import numpy as np
 
 from ros_rops.core.config import PairwiseConfig
+from ros_rops.core.matching import frame_transforms
 from ros_rops.core.surface import Surface
 from ros_rops.core.types import Floats
 from ros_rops.kernels.verification import centred, distinct, refine, score, Scores
@@ -20,8 +21,8 @@ ONE_ANGLE_RAD = math.radians(5.0)
 ONE_DISTANCE_MR = 4.0
 # Least cosine between the normals of matched samples while a pose is still coarse.
 COARSE_AGREE = 0.3
-# The best fifth of the hypotheses is scored on more samples.
-FINE_SHARE = 5
+# Of the hypotheses scored on few samples, this part is scored on more.
+LEVEL_SHARE = 4
 # Refined poses are judged more sharply than hypotheses.
 FINAL_TAU_MR = 3.0
 FINAL_FRONT_MR = 4.0
@@ -80,22 +81,6 @@ def random_transforms(
     return frame_transforms(a.positions[i], a.lrfs[i], b.positions[j], b.lrfs[j])
 
 
-def frame_transforms(
-    source_positions: Floats, source_lrfs: Floats, target_positions: Floats, target_lrfs: Floats
-) -> Floats:
-    """
-    Transforms (M, 4, 4) that bring each source frame on its target frame (III-B).
-
-    R = F_target^T F_source, t = p_target - R p_source; rows of the frames (M, 3, 3) are axes.
-    """
-    poses = np.zeros((len(source_positions), 4, 4))
-    poses[:, :3, :3] = np.einsum('nji,njk->nik', target_lrfs, source_lrfs)
-    poses[:, :3, 3] = target_positions - np.einsum(
-        'nij,nj->ni', poses[:, :3, :3], source_positions)
-    poses[:, 3, 3] = 1.0
-    return poses
-
-
 def worth(scores: Scores, weights: Weights) -> Floats:
     """One number (H,) a pose: overlap less the contradictions, mean of both directions."""
     both = (
@@ -142,7 +127,7 @@ def search(
         0 takes all cores; no influence on the result.
     """
     unit = 0.5 * (source.resolution + target.resolution)
-    chosen = _promising(source, target, hypotheses, most, unit, config, threads)
+    chosen = _distinct_best(source, target, hypotheses, most, config, threads)
     radii = unit * np.linspace(config.radius_start_mr, config.radius_end_mr, config.rounds)
     poses = refine(
         source.evidence, target.evidence, chosen, radii,
@@ -155,23 +140,50 @@ def search(
     return Candidates(poses[kept], values[kept], len(hypotheses), len(chosen))
 
 
-def _promising(
+def promising(
     source: Surface,
     target: Surface,
     hypotheses: Floats,
     most: int,
-    unit: float,
+    config: PairwiseConfig,
+    *,
+    threads: int = 0,
+) -> tuple[Floats, Floats]:
+    """
+    Score hypotheses on few samples, the better ones on more, and so on.
+
+    Returns
+    -------
+    poses : (M, 4, 4) float64
+        The best, M at least `most` if there are so many; best first.
+    scores : (M,) float64
+        On `samples_fine` samples.
+    """
+    unit = 0.5 * (source.resolution + target.resolution)
+    poses, values = hypotheses, np.zeros(len(hypotheses))
+    levels = (config.samples_first, config.samples_coarse, config.samples_fine)
+    for samples in levels:
+        values = worth(score(
+            source.evidence, target.evidence, poses, samples=samples,
+            tau=config.tau_mr * unit, front=config.front_mr * unit, threads=threads), COARSE)
+        last = samples == levels[-1]
+        keep = len(poses) if last else max(len(poses) // LEVEL_SHARE, 2 * most)
+        order = np.argsort(-values, kind='stable')[:keep]
+        poses, values = poses[order], values[order]
+    return poses, values
+
+
+def _distinct_best(
+    source: Surface,
+    target: Surface,
+    hypotheses: Floats,
+    most: int,
     config: PairwiseConfig,
     threads: int,
 ) -> Floats:
     """Choose at most `most` hypotheses that score best and differ."""
-    poses = hypotheses
-    for samples in (config.samples_coarse, config.samples_fine):
-        values = worth(score(
-            source.evidence, target.evidence, poses, samples=samples,
-            tau=config.tau_mr * unit, front=config.front_mr * unit, threads=threads), COARSE)
-        order = np.argsort(-values, kind='stable')
-        poses = poses[order[:max(len(hypotheses) // FINE_SHARE, 2 * most)]]
+    unit = 0.5 * (source.resolution + target.resolution)
+    poses, _ = promising(source, target, hypotheses, most, config, threads=threads)
     kept = distinct(
         centred(poses, source.evidence, target.evidence),
         angle_rad=SAME_ANGLE_RAD, distance=SAME_DISTANCE_MR * unit, most=most)

@@ -9,10 +9,9 @@ import numpy as np
 
 from ros_rops.core.config import Config
 from ros_rops.core.matching import match, match_transforms
-from ros_rops.core.search import COARSE, worth
+from ros_rops.core.search import promising
 from ros_rops.core.surface import grow_surface, Surface
 from ros_rops.core.types import Floats
-from ros_rops.kernels.verification import score
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,9 +100,5 @@ def plausibility(source: Surface, target: Surface, config: Config, *, threads: i
     poses = match_transforms(source.features, target.features, matches)
     if not len(poses):
         return -1.0
-    unit = 0.5 * (source.resolution + target.resolution)
-    settings = config.pairwise
-    scores = score(
-        source.evidence, target.evidence, poses, samples=settings.samples_coarse,
-        tau=settings.tau_mr * unit, front=settings.front_mr * unit, threads=threads)
-    return float(worth(scores, COARSE).max())
+    _, scores = promising(source, target, poses, 1, config.pairwise, threads=threads)
+    return float(scores[0])
