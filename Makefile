@@ -49,12 +49,12 @@ $(VENV)/.made: .ci/make_venv
 
 $(VENV)/.ready: $(VENV)/.made $(SETUP) $(KERNELS)
 	@echo 'ros_rops: building, and installing what it needs into $(VENV) (about a minute)'
-	@$(BIN)/python -m pip install --quiet --editable .
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
 	@rm -rf build
 	@touch $@
 
 $(VENV)/.ready-test: $(VENV)/.made $(SETUP) $(KERNELS)
 	@echo 'ros_rops: building, and installing the tools of the tests into $(VENV) (two minutes)'
-	@$(BIN)/python -m pip install --quiet --editable '.[test]'
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[test]'
 	@rm -rf build
 	@touch $(VENV)/.ready $@

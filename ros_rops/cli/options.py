@@ -5,10 +5,8 @@
 import argparse
 from pathlib import Path
 
-from ros_rops.core.config import Config
+from ros_rops.core.config import Config, describe
 from ros_rops.pipeline.parameters import load_config, parse_assignments
-
-SEED = 'pairwise.seed'
 
 
 def add_engine_arguments(parser: argparse.ArgumentParser) -> None:
@@ -19,8 +17,8 @@ def add_engine_arguments(parser: argparse.ArgumentParser) -> None:
         '--set', dest='assignments', action='append', default=[], metavar='name=value',
         help='one parameter, over the file; may be given again (names: see README or config.yaml)')
     parser.add_argument(
-        '--seed', type=int, metavar='N', help='seed of everything random, the same as --set '
-        f'{SEED}=N')
+        '--seed', type=int, metavar='N',
+        help='seed of everything random: of each parameter whose name ends in .seed')
     parser.add_argument(
         '--threads', type=_threads, default=0, metavar='N',
         help='threads; 0, the default, for all cores. The result does not depend on it')
@@ -41,8 +39,13 @@ def config_of(args: argparse.Namespace) -> Config:
     config = load_config(args.config) if args.config else Config()
     changes = parse_assignments(args.assignments)
     if args.seed is not None:
-        changes[SEED] = args.seed
+        changes |= dict.fromkeys(seeds(), args.seed)
     return Config.from_flat({**config.to_flat(), **changes})
+
+
+def seeds() -> list[str]:
+    """Return the names of the parameters that are seeds."""
+    return [info.name for info in describe() if info.name.endswith('.seed')]
 
 
 def _threads(text: str) -> int:

@@ -12,6 +12,11 @@ from ros_rops.reporting.table import columns, number
 
 Attempt = Mapping[str, Any]
 
+# What each stage leaves for the next, in their order; other numbers are measures.
+STAGES = (
+    'keypoints_source', 'keypoints_target', 'matches', 'hypotheses', 'ccv_groups', 'refined',
+    'distinct')
+
 
 def explain(folder: Path, names: Sequence[str] = ()) -> str:
     """
@@ -113,9 +118,9 @@ def _depth(attempt: Attempt) -> tuple[bool, int, float]:
 
 
 def _counts(attempt: Attempt) -> list[tuple[str, int]]:
-    """Return what was left after each stage: the whole numbers, in the order of the stages."""
-    return [
-        (name, value) for name, value in attempt['numbers'].items() if isinstance(value, int)]
+    """Return what was left after each stage that the attempt reached."""
+    numbers = attempt['numbers']
+    return [(name, int(numbers[name])) for name in STAGES if numbers.get(name) is not None]
 
 
 def lost(attempt: Attempt) -> str:
@@ -151,7 +156,7 @@ def _attempts_text(attempts: Sequence[Attempt]) -> str:
 
 
 def _attempt_text(attempt: Attempt) -> str:
-    """Return one attempt: a line a stage, the whole numbers as what was left."""
+    """Return one attempt: where it was lost, then a line a number and a line a time."""
     rows = [
         [f'  {name}', number(value)] for name, value in attempt['numbers'].items()
     ] + [[f'  {name}', f'{number(value)} s'] for name, value in attempt['seconds'].items()]

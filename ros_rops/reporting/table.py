@@ -19,11 +19,11 @@ def columns(rows: Sequence[Sequence[str]]) -> str:
 
 
 def number(value: object) -> str:
-    """Return a number with three significant digits, '-' for none."""
+    """Return a number with three significant digits, a count whole, '-' for none."""
     if value is None or isinstance(value, str):
         return '-'
     if isinstance(value, float):
-        return f'{value:.3g}'
+        return f'{value:.0f}' if value.is_integer() and abs(value) < 1e9 else f'{value:.3g}'
     return str(value)
 
 

@@ -11,8 +11,9 @@ import pytest
 from ros_rops.cli import doctor
 from ros_rops.cli.main import main, VERBS
 from ros_rops.cli.notes import Notes
-from ros_rops.cli.options import add_engine_arguments, config_of
+from ros_rops.cli.options import add_engine_arguments, config_of, seeds
 from ros_rops.cli.progress import Progress
+from ros_rops.core.config import Config
 from ros_rops.core.errors import KernelMissingError
 import ros_rops.kernels
 
@@ -59,7 +60,14 @@ def test_options_come_over_the_file_and_the_file_over_the_defaults(tmp_path):
     path = tmp_path / 'config.yaml'
     path.write_text('/**:\n  ros__parameters: {rops: {bins: 6, rotations: 4}}\n', encoding='utf-8')
     config = _config('--config', str(path), '--set', 'rops.bins=7')
-    assert (config.rops.bins, config.rops.rotations, config.rops.radius_mr) == (7, 4, 15.0)
+    assert (config.rops.bins, config.rops.rotations) == (7, 4)
+    assert config.rops.radius_mr == Config().rops.radius_mr
+
+
+def test_seed_goes_to_every_seed_of_the_engine():
+    changed = dict(_config('--seed', '5').to_flat().items() - Config().to_flat().items())
+    assert 'pairwise.seed' in changed and set(changed.values()) == {5}
+    assert set(changed) == set(seeds())
 
 
 def test_notes_that_say_the_same_are_said_once():

@@ -51,10 +51,10 @@ def run():
             numbers={'matches': 30, 'refined': 5, 'score': 0.25}, seconds={'match': 0.01}),
         SimpleNamespace(
             source='c.ply', target='object_0', status=Status.REFUSED, reason='no group',
-            numbers={'matches': 20, 'ccv_groups': 0}, seconds={'match': 0.01}),
+            numbers={'matches': 20.0, 'ccv_groups': 0.0, 'rival': 0.0}, seconds={'match': 0.01}),
         SimpleNamespace(
             source='c.ply', target='b.ply', status=Status.REFUSED, reason='score 0.01 < 0.04',
-            numbers={'matches': 20, 'refined': 4, 'score': 0.01}, seconds={})]
+            numbers={'matches': 20.0, 'refined': 4.0, 'score': 0.01, 'in_front': 0.0}, seconds={})]
     session = SimpleNamespace(
         reports=reports, objects=[SimpleNamespace(id=0, views=placed)], views=views, units='mm',
         mesh_resolution=np.float64(1.25), attempts=3, stage_seconds={'match': 0.02}, trace=trace)
