@@ -12,6 +12,7 @@ from ros_rops.core.se3 import rigid
 from ros_rops.core.types import Features, Floats, frozen, Ints
 from ros_rops.kernels.matching import Nearest, nearest_descriptors
 
+
 @dataclass(frozen=True, slots=True)
 class Matches:
     """

@@ -32,7 +32,7 @@ class Shape:
 
     @property
     def size(self) -> int:
-        """Number of views."""
+        """Return the number of views."""
         return len(self.members)
 
 

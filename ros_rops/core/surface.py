@@ -5,14 +5,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
-
 from ros_rops.core.config import Config
 from ros_rops.core.errors import ViewError
 from ros_rops.core.rops import compute_features
 from ros_rops.core.se3 import move
 from ros_rops.core.types import Features, Floats, RangeMesh, SensorModel
 from ros_rops.kernels.verification import Evidence
+from scipy.spatial import cKDTree
 
 # Fewer vertices than one keypoint's support tell nothing of a pose.
 FEWEST_VERTICES = 50

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 import math
 
 import numpy as np
-
 from ros_rops.core.config import VerdictConfig
 from ros_rops.core.search import Candidates, final_scores
 from ros_rops.core.surface import Surface
 from ros_rops.core.types import Floats, Status
-from ros_rops.kernels.verification import centred, distinct, examine, Examination
+from ros_rops.kernels.verification import centred, distinct, Examination, examine
 
 # The best candidates, which are refined on vertices before one is chosen.
 FINALISTS = 5

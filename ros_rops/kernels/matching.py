@@ -30,7 +30,7 @@ class Nearest(NamedTuple):
         Euclidean, to 1/30000 of the longest descriptor.
     """
 
-    index: Ints
+    index: Ints  # type: ignore[assignment]  # a tuple's own method, not used here
     distance: NDArray[np.float32]
 
 

@@ -93,7 +93,7 @@ class Evidence:
 
     @property
     def noise(self) -> float:
-        """Standard deviation of the vertices across their surface, in the units of the points."""
+        """Return the vertices' standard deviation across their surface, in the points' units."""
         return float(self.kernel.noise)
 
     def grown(self, view: 'Evidence', T_self_view: Floats, near: float) -> 'Evidence':

@@ -66,9 +66,7 @@ class Growth:
         """Try all that has a chance at all, best first, until nothing fits any more."""
         least = self._config.growth.least
         while True:
-            chances = [
-                chance for chance in self._open_chances(least)
-            ]
+            chances = list(self._open_chances(least))
             if not chances:
                 return
             self._try(chances[0])

@@ -65,5 +65,5 @@ class ObjectModel:
         In order of arrival; the frame is that of the first view of the shape.
     """
 
-    id: int
+    id: int  # noqa: A003
     views: tuple[PlacedView, ...]

@@ -136,7 +136,7 @@ class Session:
 
     @property
     def reports(self) -> tuple[ViewReport, ...]:
-        """The current word on every view, in order of arrival."""
+        """Return the current word on every view, in order of arrival."""
         return tuple(self._report(name) for name in self._views)
 
     @property
@@ -156,7 +156,7 @@ class Session:
 
     @property
     def prepared(self) -> Mapping[str, PreparedView]:
-        """The views that could be meshed, by name."""
+        """Return the views that could be meshed, by name."""
         return MappingProxyType(self._prepared)
 
     @property
@@ -191,7 +191,7 @@ class Session:
         return self._units or 'unknown'
 
     def _resolution(self) -> float | None:
-        """What `mr` means in this session: the resolution of its first view."""
+        """Return what `mr` means in this session: the resolution of its first view."""
         first = next(iter(self._prepared.values()), None)
         return first.surface.resolution if first else None
 
