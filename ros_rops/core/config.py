@@ -219,6 +219,8 @@ class GrowthConfig(Group):
     least: float = param(
         0.03, 'Below this score of its matched features a view does not try a shape at all.',
         low=-1.0, high=1.0)
+    votes: int = param(
+        600, 'Features of a view that tell which shapes are plausible.', low=10, high=1000000)
     tries: int = param(
         3, 'Shapes that a view tries at most each time the shapes have changed.',
         low=1, high=1000)

@@ -53,6 +53,7 @@ class Growth:
         self._shapes: dict[int, Shape] = {}
         self._object_ids: dict[int, int] = {}
         self._chances: dict[tuple[int, int], float] = {}
+        self._careful: set[tuple[int, int]] = set()
         self._tried: set[tuple[int, int]] = set()
         self._words: dict[str, PairResult] = {}
         self._next_key = 0
@@ -64,9 +65,10 @@ class Growth:
 
     def settle(self) -> None:
         """Try all that has a chance at all, best first, until nothing fits any more."""
-        least = self._config.growth.least
         while True:
-            chances = list(self._open_chances(least))
+            keys = sorted(self._shapes)
+            pairs = [(a, b) for i, a in enumerate(keys) for b in keys[i + 1:]]
+            chances = self._chances_of(pairs, self._config.growth.least, careful=True)
             if not chances:
                 return
             self._try(chances[0])
@@ -110,39 +112,59 @@ class Growth:
             name, status, None, f'against {word.target}: {word.reason}', word.numbers)
 
     def _grow_from(self, key: int, least: float) -> None:
-        """Let one shape, and what becomes of it, try the others."""
+        """
+        Let one shape, and what becomes of it, try the others: objects first.
+
+        Views that wait are asked only where no object takes it.
+        """
         tries = 0
         while tries < self._config.growth.tries:
-            chances = [c for c in self._open_chances(least) if key in (c.smaller, c.larger)]
-            if not chances:
+            chance = self._best_of(key, least)
+            if chance is None:
                 return
-            merged = self._try(chances[0])
+            merged = self._try(chance)
             tries += 1
             if merged is not None:
                 key, tries = merged, 0
 
-    def _open_chances(self, least: float) -> list[_Chance]:
-        """Pairs not yet tried in their present state, the most plausible first."""
-        keys = sorted(self._shapes)
+    def _best_of(self, key: int, least: float) -> _Chance | None:
+        others = [k for k in sorted(self._shapes) if k != key]
+        for group in (
+            [k for k in others if k in self._object_ids],
+            [k for k in others if k not in self._object_ids],
+        ):
+            chances = self._chances_of([(min(k, key), max(k, key)) for k in group], least)
+            if chances:
+                return chances[0]
+        return None
+
+    def _chances_of(
+        self, pairs: list[tuple[int, int]], least: float, *, careful: bool = False
+    ) -> list[_Chance]:
+        """Pairs (rising keys) not yet tried that are plausible enough, the most so first."""
         found = []
-        for i, a in enumerate(keys):
-            for b in keys[i + 1:]:
-                if (a, b) in self._tried:
-                    continue
-                value = self._plausibility(a, b)
-                if value >= least:
-                    small, large = sorted((a, b), key=lambda k: (self._shapes[k].size, -k))
-                    found.append(_Chance(value, small, large))
+        for a, b in pairs:
+            if (a, b) in self._tried:
+                continue
+            small, large = sorted((a, b), key=lambda k: (self._shapes[k].size, -k))
+            value = self._plausibility(small, large, careful)
+            if value >= least:
+                found.append(_Chance(value, small, large))
         return sorted(found, key=lambda c: (-c.plausibility, c.smaller, c.larger))
 
-    def _plausibility(self, a: int, b: int) -> float:
-        if (a, b) not in self._chances:
+    def _plausibility(self, small: int, large: int, careful: bool) -> float:
+        """Look the value up or compute it; `careful` asks all features once more."""
+        pair = (min(small, large), max(small, large))
+        if pair not in (self._careful if careful else self._chances):
             started = time.perf_counter()
-            self._chances[a, b] = plausibility(
-                self._shapes[a].surface, self._shapes[b].surface, self._config,
-                threads=self._threads)
+            value = plausibility(
+                self._shapes[small].surface, self._shapes[large].surface, self._config,
+                careful=careful, threads=self._threads)
+            self._chances[pair] = max(value, self._chances.get(pair, value))
+            if careful:
+                self._careful.add(pair)
             self._seconds['screen'] += time.perf_counter() - started
-        return self._chances[a, b]
+        return self._chances[pair]
 
     def _try(self, chance: _Chance) -> int | None:
         """Register the smaller shape to the larger; return the key of what they became."""
@@ -172,15 +194,28 @@ class Growth:
         started = time.perf_counter()
         merged = grow(self._shapes[large], self._shapes[small], pose, self._config)
         ids = [self._object_ids[k] for k in (large, small) if k in self._object_ids]
+        hopes = self._hopes(small, large)
         self._forget(small)
         self._forget(large)
         key = self._insert(merged)
+        self._chances.update({(other, key): value for other, value in hopes.items()})
         if not ids:
             ids = [self._next_object]
             self._next_object += 1
         self._object_ids[key] = min(ids)
         self._seconds['grow'] += time.perf_counter() - started
         return key
+
+    def _hopes(self, small: int, large: int) -> dict[int, float]:
+        """What either part could hope for from a third shape, it hopes for as a whole."""
+        hopes: dict[int, float] = {}
+        for pair, value in self._chances.items():
+            if pair in self._tried or len({small, large}.intersection(pair)) != 1:
+                continue
+            other = pair[0] if pair[1] in (small, large) else pair[1]
+            if value >= self._config.growth.plausible:
+                hopes[other] = max(value, hopes.get(other, value))
+        return hopes
 
     def _insert(self, shape: Shape) -> int:
         key = self._next_key
@@ -192,6 +227,7 @@ class Growth:
         del self._shapes[key]
         self._object_ids.pop(key, None)
         self._chances = {k: v for k, v in self._chances.items() if key not in k}
+        self._careful = {k for k in self._careful if key not in k}
         self._tried = {k for k in self._tried if key not in k}
 
     def _key_of(self, name: str) -> int:
