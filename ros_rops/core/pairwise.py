@@ -2,9 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pairwise registration (Guo et al. 2014, III): match, search, verdict."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-import time
 
 import numpy as np
 
@@ -33,8 +32,6 @@ class PairResult:
         One sentence.
     numbers : mapping of str to float
         Counts of every stage and what the verdict rests on.
-    seconds : mapping of str to float
-        Wall time of the stages.
     """
 
     source: str
@@ -43,11 +40,15 @@ class PairResult:
     T_target_source: Floats | None
     reason: str
     numbers: Mapping[str, float]
-    seconds: Mapping[str, float]
 
 
 def register(
-    source: Surface, target: Surface, config: Config, *, threads: int = 0
+    source: Surface,
+    target: Surface,
+    config: Config,
+    *,
+    threads: int = 0,
+    lap: Callable[[str], None] = lambda stage: None,
 ) -> PairResult:
     """
     Find the pose of `source` in the frame of `target`, or say why there is none.
@@ -61,20 +62,21 @@ def register(
     config : Config
     threads : int
         0 takes all cores; no influence on the result.
+    lap : callable
+        Called with 'match', 'quick' and, if it was needed, 'thorough' when that stage has ended.
 
     Returns
     -------
     PairResult
     """
     settings = config.pairwise
-    watch = _Watch()
     matched = _matched(source, target, config, threads)
-    watch.lap('match')
+    lap('match')
     candidates = search(
         source, target, matched, min(settings.quick, settings.refined), settings,
         threads=threads)
     verdict = judge(source, target, candidates, config.verdict)
-    watch.lap('quick')
+    lap('quick')
     if settings.refined > settings.quick and not _beyond_doubt(verdict, config):
         starts = random_transforms(
             source, target, settings.random_starts, np.random.default_rng(settings.seed))
@@ -82,8 +84,8 @@ def register(
             source, target, np.concatenate([matched, starts]), settings.refined, settings,
             threads=threads)
         verdict = judge(source, target, candidates, config.verdict)
-        watch.lap('thorough')
-    return _result(source, target, verdict, candidates, len(matched), watch)
+        lap('thorough')
+    return _result(source, target, verdict, candidates, len(matched))
 
 
 def _matched(
@@ -108,7 +110,6 @@ def _result(
     verdict: Verdict,
     candidates: Candidates,
     matches: int,
-    watch: '_Watch',
 ) -> PairResult:
     counts = {
         'keypoints_source': float(len(source.features.indices)),
@@ -120,17 +121,4 @@ def _result(
     }
     return PairResult(
         source.name, target.name, verdict.status, verdict.T_target_source, verdict.reason,
-        {**counts, **verdict.numbers}, watch.laps)
-
-
-class _Watch:
-    """Wall seconds between calls."""
-
-    def __init__(self) -> None:
-        self.laps: dict[str, float] = {}
-        self._last = time.perf_counter()
-
-    def lap(self, stage: str) -> None:
-        now = time.perf_counter()
-        self.laps[stage] = self.laps.get(stage, 0.0) + now - self._last
-        self._last = now
+        {**counts, **verdict.numbers})

@@ -7,6 +7,8 @@ All are frozen, their arrays read-only. N points, F faces, K keypoints, D descri
 Lengths are in the view's own units; a transform `T_target_source` maps source points into the
 target frame: p_target = T_target_source p_source.
 """
+# The name is short and never imported bare, so it hides nothing:
+# flake8: noqa: A005
 
 from dataclasses import dataclass
 from enum import Enum

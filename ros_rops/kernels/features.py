@@ -3,7 +3,6 @@
 """Typed face of the feature kernels: frames, RoPS, thinning (METHOD 2-4)."""
 
 from dataclasses import dataclass
-import os
 from typing import NamedTuple
 
 import numpy as np
@@ -132,7 +131,7 @@ def features(
         loose, lrfs,
         np.array(projections.axes, np.int32), np.array(projections.angles, np.float64),
         projections.bins, projections.log_unit, projections.skip_keypoint,
-        projections.absolute_norm, threads or os.cpu_count() or 1,
+        projections.absolute_norm, threads,
     ))
 
 

@@ -15,10 +15,11 @@ import time
 import numpy as np
 
 from ros_rops.core.config import Config
-from ros_rops.core.pairwise import PairResult, register
+from ros_rops.core.pairwise import PairResult
 from ros_rops.core.shape_growing import grow, plausibility, regrow, Shape
 from ros_rops.core.surface import Surface
 from ros_rops.core.types import Status
+from ros_rops.pipeline.attempt import Attempt, attempt
 from ros_rops.pipeline.reports import ViewReport
 
 
@@ -46,7 +47,7 @@ class Growth:
     def __init__(
         self, config: Config, threads: int, seconds: MutableMapping[str, float]
     ) -> None:
-        self.trace: list[PairResult] = []
+        self.trace: list[Attempt] = []
         self._config = config
         self._threads = threads
         self._seconds = seconds
@@ -170,9 +171,10 @@ class Growth:
         """Register the smaller shape to the larger; return the key of what they became."""
         small, large = self._shapes[chance.smaller], self._shapes[chance.larger]
         self._tried.add((min(chance.smaller, chance.larger), max(chance.smaller, chance.larger)))
-        result = register(small.surface, large.surface, self._config, threads=self._threads)
-        self.trace.append(result)
-        for stage, seconds in result.seconds.items():
+        result, record = attempt(
+            small.surface, large.surface, self._config, threads=self._threads)
+        self.trace.append(record)
+        for stage, seconds in record.seconds.items():
             self._seconds[stage] += seconds
         if result.status is not Status.PLACED or result.T_target_source is None:
             self._remember(small, result)
@@ -207,7 +209,7 @@ class Growth:
         return key
 
     def _hopes(self, small: int, large: int) -> dict[int, float]:
-        """What either part could hope for from a third shape, it hopes for as a whole."""
+        """Let the whole hope for what either part could hope for from a third shape."""
         hopes: dict[int, float] = {}
         for pair, value in self._chances.items():
             if pair in self._tried or len({small, large}.intersection(pair)) != 1:

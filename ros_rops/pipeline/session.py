@@ -11,10 +11,10 @@ import numpy as np
 from ros_rops.core.config import Config
 from ros_rops.core.errors import ParameterError, ViewError
 from ros_rops.core.fine import FineView, refine_shape
-from ros_rops.core.pairwise import PairResult
 from ros_rops.core.shape_growing import regrow, seed_shape, Shape
 from ros_rops.core.types import RangeView, Status, Units
 from ros_rops.core.verdict import self_stiffness
+from ros_rops.pipeline.attempt import Attempt
 from ros_rops.pipeline.growth import Growth
 from ros_rops.pipeline.prepare import prepare, PreparedView
 from ros_rops.pipeline.reports import ObjectModel, PlacedView, ViewReport
@@ -176,7 +176,7 @@ class Session:
         return len(self._growth.trace)
 
     @property
-    def trace(self) -> tuple[PairResult, ...]:
+    def trace(self) -> tuple[Attempt, ...]:
         """Every registration attempted, in order."""
         return tuple(self._growth.trace)
 

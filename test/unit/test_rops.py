@@ -86,7 +86,8 @@ def test_stray_points_count_only_when_asked(mesh, keypoints):
 def test_resolution_sets_the_support(mesh):
     config = Config.from_flat({'rops.radius_mr': 5.0})
     double = compute_features(mesh, config, resolution=2 * mesh.resolution)
-    wide = describe(mesh, double.indices, LRF, RopsConfig(radius_mr=10.0))
+    lrf = LrfConfig(normal_radius_mr=2 * config.lrf.normal_radius_mr)
+    wide = describe(mesh, double.indices, lrf, RopsConfig(radius_mr=10.0))
     assert np.array_equal(double.descriptors, wide.descriptors)
 
 

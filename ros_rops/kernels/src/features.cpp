@@ -5,18 +5,17 @@
 #include <pybind11/pybind11.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cstdint>
 #include <limits>
 #include <memory>
 #include <numeric>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "cells.hpp"
 #include "descriptor.hpp"
 #include "frame.hpp"
+#include "parallel.hpp"
 #include "support.hpp"
 
 namespace py = pybind11;
@@ -86,19 +85,10 @@ void run_all(const Job& job, const rops::SortedMesh& mesh, const rops::Conventio
     return mesh.rank[job.keypoints[a]] < mesh.rank[job.keypoints[b]];
   });
   constexpr std::size_t kChunk = 8;
-  std::atomic<std::size_t> next{0};
-  const auto work = [&] {
-    rops::Support support(mesh.cells.order.size(), mesh.faces.size());
-    for (std::size_t begin; (begin = next.fetch_add(kChunk)) < job.count;)
-      for (std::size_t i = begin; i < std::min(begin + kChunk, job.count); ++i)
-        run_one(job, mesh, convention, turn[i], support);
-  };
-  std::vector<std::thread> others;
-  const std::size_t chunks = (job.count + kChunk - 1) / kChunk;
-  for (std::size_t t = 1; t < std::min<std::size_t>(threads, chunks); ++t)
-    others.emplace_back(work);
-  work();
-  for (std::thread& thread : others) thread.join();
+  rops::parallel_with(job.count, kChunk, threads, [&] {
+    return [&, support = rops::Support(mesh.cells.order.size(), mesh.faces.size())](
+               std::size_t i) mutable { run_one(job, mesh, convention, turn[i], support); };
+  });
 }
 
 rops::Convention convention_of(const Ints& axes, const Doubles& angles, int bins,

@@ -8,12 +8,10 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
-#include <atomic>
-#include <functional>
 #include <memory>
-#include <thread>
 #include <vector>
 
+#include "parallel.hpp"
 #include "surface.hpp"
 
 namespace py = pybind11;
@@ -25,18 +23,6 @@ namespace {
 using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using Indices = py::array_t<std::int32_t, py::array::c_style | py::array::forcecast>;
 using Flags = py::array_t<bool, py::array::c_style | py::array::forcecast>;
-
-void in_parallel(std::size_t tasks, int threads, const std::function<void(std::size_t)>& work) {
-  const std::size_t most = threads > 0 ? threads : std::max(1u, std::thread::hardware_concurrency());
-  std::atomic<std::size_t> next{0};
-  auto loop = [&] {
-    for (std::size_t t = next++; t < tasks; t = next++) work(t);
-  };
-  std::vector<std::thread> pool;
-  for (std::size_t t = 1; t < std::min(most, tasks); ++t) pool.emplace_back(loop);
-  loop();
-  for (auto& thread : pool) thread.join();
-}
 
 struct Pose {
   std::array<double, 9> r;
@@ -86,14 +72,14 @@ class Surfaces {
       sizes.push_back(points[v].shape(0));
     }
     py::gil_scoped_release release;
-    in_parallel(views_.size(), threads, [&](std::size_t v) {
+    parallel(views_.size(), threads, [&](std::size_t v) {
       views_[v] = std::make_unique<Surface>(xyz[v], sizes[v], cell);
     });
     constexpr std::size_t kBlock = 256;
     std::vector<std::pair<std::size_t, std::size_t>> blocks;
     for (std::size_t v = 0; v < views_.size(); ++v)
       for (std::size_t c = 0; c < views_[v]->hash.cell_count(); c += kBlock) blocks.push_back({v, c});
-    in_parallel(blocks.size(), threads, [&](std::size_t t) {
+    parallel(blocks.size(), threads, [&](std::size_t t) {
       const auto [v, first] = blocks[t];
       const std::size_t last = std::min(first + kBlock, views_[v]->hash.cell_count());
       for (std::size_t c = first; c < last; ++c)
@@ -145,7 +131,7 @@ class Surfaces {
     std::vector<Sums> sums(count);
     {
       py::gil_scoped_release release;
-      in_parallel(count, threads, [&](std::size_t p) {
+      parallel(count, threads, [&](std::size_t p) {
         const std::size_t i = pairs.data()[2 * p], j = pairs.data()[2 * p + 1];
         sums[p] = add_pair(i, j, chosen[i], placed[i], placed[j], middle, {radius, min_cos}, soft);
       });

@@ -1,0 +1,179 @@
+// Copyright 2026 The ros_rops authors
+// SPDX-License-Identifier: Apache-2.0
+// The closest-cell field of a surface.
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+
+#include "evidence.hpp"
+
+namespace rops {
+namespace {
+
+void frame_grid(Field& field, const std::vector<Oriented>& vertices, int reach) {
+  Float3 low{INFINITY, INFINITY, INFINITY}, high{-INFINITY, -INFINITY, -INFINITY};
+  for (const Oriented& v : vertices) {
+    low = {std::min(low.x, v.point.x), std::min(low.y, v.point.y), std::min(low.z, v.point.z)};
+    high = {std::max(high.x, v.point.x), std::max(high.y, v.point.y),
+            std::max(high.z, v.point.z)};
+  }
+  const float pad = (reach + 1) * field.cell;
+  field.origin = low - Float3{pad, pad, pad};
+  const Float3 size = high - low;
+  const double nx = std::floor((size.x + 2.0 * pad) / field.cell) + 1,
+               ny = std::floor((size.y + 2.0 * pad) / field.cell) + 1,
+               nz = std::floor((size.z + 2.0 * pad) / field.cell) + 1;
+  if (!(nx * ny * nz <= kMostCells)) throw std::length_error("too many cells");
+  field.nx = static_cast<int>(nx), field.ny = static_cast<int>(ny);
+  field.nz = static_cast<int>(nz);
+}
+
+void fill_surface(Field& field, const std::vector<Oriented>& vertices,
+                  const std::vector<std::uint8_t>& rim) {
+  std::vector<std::int32_t> at(vertices.size());
+  for (std::size_t i = 0; i < vertices.size(); ++i) at[i] = field.locate(vertices[i].point);
+  std::vector<std::int32_t> order(vertices.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::int32_t a, std::int32_t b) { return at[a] < at[b]; });
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const std::int32_t i = order[k];
+    if (k == 0 || at[i] != at[order[k - 1]]) {
+      field.nearest[at[i]] = static_cast<std::int32_t>(field.surface.size());
+      field.first.push_back(static_cast<std::int32_t>(k));
+      field.surface.push_back({{0, 0, 0}, {0, 0, 0}});
+      field.border.push_back(0);
+      field.home.push_back(at[i]);
+    }
+    Oriented& cell = field.surface.back();
+    cell.point = cell.point + vertices[i].point;
+    cell.normal = cell.normal + vertices[i].normal;
+    field.border.back() |= rim[i];
+    field.vertices.push_back(vertices[i]);
+    field.rim.push_back(rim[i]);
+  }
+  field.first.push_back(static_cast<std::int32_t>(order.size()));
+  for (std::size_t c = 0; c < field.surface.size(); ++c) {
+    const float count = static_cast<float>(field.first[c + 1] - field.first[c]);
+    field.surface[c].point = field.surface[c].point * (1 / count);
+    field.surface[c].normal = normalized(field.surface[c].normal);
+  }
+}
+
+// Grow layer by layer from the surface cells; a cell takes the nearest of what its neighbours
+// know. The result is the exact nearest cell but for rare ties, which do not matter here.
+void spread(Field& field, int reach) {
+  std::vector<std::int32_t> front, next;
+  std::vector<float> distance(field.nearest.size(), INFINITY);
+  for (std::size_t g = 0; g < field.nearest.size(); ++g) {
+    if (field.nearest[g] >= 0) {
+      front.push_back(static_cast<std::int32_t>(g));
+      distance[g] = 0;
+    }
+  }
+  for (int layer = 0; layer < reach; ++layer) {
+    next.clear();
+    for (const std::int32_t g : front) {
+      const int x = g % field.nx, y = g / field.nx % field.ny, z = g / field.nx / field.ny;
+      const std::int32_t mine = field.nearest[g];
+      const Float3 p = field.surface[mine].point;
+      for (int dz = -1; dz <= 1; ++dz)
+        for (int dy = -1; dy <= 1; ++dy)
+          for (int dx = -1; dx <= 1; ++dx) {
+            const int X = x + dx, Y = y + dy, Z = z + dz;
+            if (X < 0 || Y < 0 || Z < 0 || X >= field.nx || Y >= field.ny || Z >= field.nz)
+              continue;
+            const std::int32_t to = (Z * field.ny + Y) * field.nx + X;
+            const Float3 centre{field.origin.x + (X + 0.5f) * field.cell,
+                              field.origin.y + (Y + 0.5f) * field.cell,
+                              field.origin.z + (Z + 0.5f) * field.cell};
+            const float d = dot(centre - p, centre - p);
+            if (d >= distance[to]) continue;
+            if (distance[to] == INFINITY) next.push_back(to);
+            distance[to] = d;
+            field.nearest[to] = mine;
+          }
+    }
+    front.swap(next);
+  }
+}
+
+// Normals from the 27 cells around: a support of about 6 mr evens out the noise of single faces.
+void smooth_normals(Field& field) {
+  std::vector<Float3> sums(field.surface.size());
+  for (std::size_t c = 0; c < sums.size(); ++c)
+    sums[c] = field.surface[c].normal * static_cast<float>(field.first[c + 1] - field.first[c]);
+  for (std::size_t c = 0; c < sums.size(); ++c) {
+    Float3 total{0, 0, 0};
+    for (int dz = -1; dz <= 1; ++dz)
+      for (int dy = -1; dy <= 1; ++dy)
+        for (int dx = -1; dx <= 1; ++dx) {
+          const std::int32_t g = field.home[c] + (dz * field.ny + dy) * field.nx + dx;
+          const std::int32_t o = field.nearest[g];
+          if (o >= 0 && field.home[o] == g && dot(field.surface[o].normal,
+                                                  field.surface[c].normal) > 0)
+            total = total + sums[o];
+        }
+    const Float3 n = normalized(total);
+    for (std::int32_t k = field.first[c]; k < field.first[c + 1]; ++k)
+      field.vertices[k].normal = n;
+  }
+}
+
+// Spread of the vertices of a cell about the plane of their surroundings.
+float estimate_noise(const Field& field) {
+  constexpr std::int32_t kFewest = 3;
+  double sum = 0;
+  std::size_t count = 0;
+  for (std::size_t c = 0; c < field.surface.size(); ++c) {
+    const std::int32_t n = field.first[c + 1] - field.first[c];
+    if (n < kFewest || field.border[c]) continue;
+    double squares = 0;
+    for (std::int32_t k = field.first[c]; k < field.first[c + 1]; ++k) {
+      const double e = dot(field.vertices[k].point - field.surface[c].point,
+                           field.vertices[k].normal);
+      squares += e * e;
+    }
+    sum += std::sqrt(squares / (n - 1));
+    ++count;
+  }
+  return count ? static_cast<float>(sum / count) : 0.0f;
+}
+
+}  // namespace
+
+std::int32_t Field::closest_vertex(Float3 p) const {
+  const std::int32_t at = locate(p);
+  if (at < 0 || nearest[at] < 0) return -1;
+  const int x = at % nx, y = at / nx % ny, z = at / nx / ny;
+  std::int32_t best = -1;
+  float least = cell * cell;
+  for (int Z = std::max(z - 1, 0); Z <= std::min(z + 1, nz - 1); ++Z)
+    for (int Y = std::max(y - 1, 0); Y <= std::min(y + 1, ny - 1); ++Y)
+      for (int X = std::max(x - 1, 0); X <= std::min(x + 1, nx - 1); ++X) {
+        const std::int32_t g = (Z * ny + Y) * nx + X, c = nearest[g];
+        if (c < 0 || home[c] != g) continue;
+        for (std::int32_t k = first[c]; k < first[c + 1]; ++k) {
+          const Float3 gap = vertices[k].point - p;
+          const float d = dot(gap, gap);
+          if (d < least) least = d, best = k;
+        }
+      }
+  return best;
+}
+
+Field build_field(const std::vector<Oriented>& vertices, const std::vector<std::uint8_t>& rim,
+                  float cell, int reach) {
+  Field field;
+  field.cell = cell;
+  frame_grid(field, vertices, reach);
+  field.nearest.assign(static_cast<std::size_t>(field.nx) * field.ny * field.nz, -1);
+  fill_surface(field, vertices, rim);
+  spread(field, reach);
+  smooth_normals(field);
+  field.noise = estimate_noise(field);
+  return field;
+}
+
+}  // namespace rops

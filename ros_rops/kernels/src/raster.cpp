@@ -1,0 +1,85 @@
+// Copyright 2026 The ros_rops authors
+// SPDX-License-Identifier: Apache-2.0
+// The depth raster of a sensor, and what its rays say of a point.
+#include <algorithm>
+
+#include "evidence.hpp"
+
+namespace rops {
+
+Raster build_raster(const std::vector<Oriented>& vertices, bool pinhole, Float3 origin,
+                    Float3 direction, float pixel) {
+  Raster raster;
+  raster.pinhole = pinhole;
+  const Float3 w = normalized(direction);
+  const Float3 helper = std::fabs(w.x) < 0.8f ? Float3{1, 0, 0} : Float3{0, 1, 0};
+  const Float3 u = normalized(cross(helper, w)), v = cross(w, u);
+  raster.sensor_from_frame = {{u.x, u.y, u.z, v.x, v.y, v.z, w.x, w.y, w.z}, {0, 0, 0}};
+  if (pinhole) raster.sensor_from_frame.t = raster.sensor_from_frame.rotate(origin) * -1.0f;
+  std::vector<Float3> seen;
+  float depth = 0;
+  for (const Oriented& p : vertices) {
+    const Float3 s = raster.sensor_from_frame.apply(p.point);
+    if (pinhole && s.z <= 0) continue;
+    seen.push_back(pinhole ? Float3{s.x / s.z, s.y / s.z, s.z} : s);
+    depth += s.z;
+  }
+  if (seen.empty()) return raster;
+  raster.pixel = pinhole ? pixel / (depth / seen.size()) : pixel;
+  float u1 = -INFINITY, v1 = -INFINITY;
+  raster.u0 = raster.v0 = INFINITY;
+  for (const Float3& s : seen) {
+    raster.u0 = std::min(raster.u0, s.x), raster.v0 = std::min(raster.v0, s.y);
+    u1 = std::max(u1, s.x), v1 = std::max(v1, s.y);
+  }
+  raster.u0 -= 3 * raster.pixel, raster.v0 -= 3 * raster.pixel;
+  raster.nu = static_cast<int>((u1 - raster.u0) / raster.pixel) + 4;
+  raster.nv = static_cast<int>((v1 - raster.v0) / raster.pixel) + 4;
+  const std::size_t pixels = static_cast<std::size_t>(raster.nu) * raster.nv;
+  std::vector<float> depths(pixels, INFINITY);
+  for (const Float3& s : seen) {
+    const int i = static_cast<int>((s.x - raster.u0) / raster.pixel);
+    const int j = static_cast<int>((s.y - raster.v0) / raster.pixel);
+    float& d = depths[static_cast<std::size_t>(j) * raster.nu + i];
+    d = std::min(d, s.z);
+  }
+  raster.nearest.assign(pixels, INFINITY);
+  raster.clear.assign(pixels, 1);
+  for (int j = 0; j < raster.nv; ++j)
+    for (int i = 0; i < raster.nu; ++i) {
+      float& d = raster.nearest[static_cast<std::size_t>(j) * raster.nu + i];
+      std::uint8_t& empty = raster.clear[static_cast<std::size_t>(j) * raster.nu + i];
+      for (int b = std::max(j - 2, 0); b <= std::min(j + 2, raster.nv - 1); ++b)
+        for (int a = std::max(i - 2, 0); a <= std::min(i + 2, raster.nu - 1); ++a) {
+          const float at = depths[static_cast<std::size_t>(b) * raster.nu + a];
+          if (at == INFINITY) continue;
+          empty = 0;
+          if (std::abs(a - i) < 2 && std::abs(b - j) < 2) d = std::min(d, at);
+        }
+    }
+  return raster;
+}
+
+Sight Raster::look(Float3 p, Float3 normal, float tolerance, float facing) const {
+  if (nu == 0) return Sight::kNone;
+  const Float3 s = sensor_from_frame.apply(p);
+  float u = s.x, v = s.y;
+  if (pinhole) {
+    if (s.z <= 0) return Sight::kNone;
+    u /= s.z, v /= s.z;
+  }
+  const float fi = (u - u0) / pixel, fj = (v - v0) / pixel;
+  bool outside = !(fi >= 0 && fj >= 0 && fi < nu && fj < nv);
+  if (!outside) {
+    const std::size_t at = static_cast<std::size_t>(static_cast<int>(fj)) * nu +
+                           static_cast<int>(fi);
+    if (nearest[at] != INFINITY)
+      return s.z < nearest[at] - tolerance ? Sight::kInFront : Sight::kSeen;
+    if (!clear[at]) return Sight::kNone;
+  }
+  const Float3 n = sensor_from_frame.rotate(normal);
+  const float towards = pinhole ? -dot(n, normalized(s)) : -n.z;
+  return towards > facing ? Sight::kEmpty : Sight::kNone;
+}
+
+}  // namespace rops
