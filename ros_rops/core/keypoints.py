@@ -41,7 +41,7 @@ def detect_keypoints(
     candidates = candidate_keypoints(mesh, config, resolution=resolution)
     if config.eigen_ratio <= 1.0:
         return candidates
-    _, values = compute_lrfs(mesh, candidates, LrfConfig(), radius, threads=threads)
+    _, values = compute_lrfs(mesh, candidates, LrfConfig(method='rops'), radius, threads=threads)
     return candidates[distinct(values, config.eigen_ratio)]
 
 

@@ -46,7 +46,7 @@ def rops_config(oracle, convention):
 
 def test_frames_equal_the_authors(oracle, mesh):
     radius = float(oracle['support_radius'])
-    lrfs, values = compute_lrfs(mesh, oracle['keypoints'], LrfConfig(), radius)
+    lrfs, values = compute_lrfs(mesh, oracle['keypoints'], LrfConfig(method='rops'), radius)
     # |R1 - R2| = 2 sqrt(2) sin(angle / 2)
     distance = np.linalg.norm(lrfs - oracle['author_lrf'], axis=(1, 2))
     angle = 2 * np.arcsin(distance / math.sqrt(8))
@@ -57,7 +57,7 @@ def test_frames_equal_the_authors(oracle, mesh):
 
 def test_descriptors_equal_the_authors_given_the_frames(oracle, mesh):
     found = describe(
-        mesh, oracle['keypoints'], LrfConfig(), rops_config(oracle, 'author'),
+        mesh, oracle['keypoints'], LrfConfig(method='rops'), rops_config(oracle, 'author'),
         lrfs=oracle['author_lrf'],
     )
     assert np.abs(found.descriptors - oracle['author_rops']).max() < 1e-6
@@ -65,14 +65,14 @@ def test_descriptors_equal_the_authors_given_the_frames(oracle, mesh):
 
 def test_descriptors_equal_the_authors_from_the_mesh(oracle, mesh):
     found = describe(
-        mesh, oracle['keypoints'], LrfConfig(), rops_config(oracle, 'author')
+        mesh, oracle['keypoints'], LrfConfig(method='rops'), rops_config(oracle, 'author')
     )
     assert np.abs(found.descriptors - oracle['author_rops']).max() < 1e-6
 
 
 def test_pcl_convention_correlates_with_pcl(oracle, mesh):
     found = describe(
-        mesh, oracle['keypoints'], LrfConfig(triangles='pcl'), rops_config(oracle, 'pcl')
+        mesh, oracle['keypoints'], LrfConfig('rops', 'pcl'), rops_config(oracle, 'pcl')
     )
     for ours, theirs in zip(found.descriptors, oracle['pcl_rops'], strict=True):
         assert np.corrcoef(ours, theirs)[0, 1] > 0.99

@@ -28,7 +28,7 @@ def keypoints(mesh):
 
 @pytest.mark.parametrize('triangles', ['author', 'pcl'])
 def test_equals_the_twin(mesh, keypoints, triangles):
-    lrfs, values = compute_lrfs(mesh, keypoints, LrfConfig(triangles=triangles), RADIUS)
+    lrfs, values = compute_lrfs(mesh, keypoints, LrfConfig(method='rops', triangles=triangles), RADIUS)
     for k, vertex in enumerate(keypoints):
         expected, eigenvalues = frame(
             mesh.vertices, mesh.faces, mesh.vertices[vertex], RADIUS, triangles == 'pcl')
@@ -58,7 +58,7 @@ def test_ridge_lies_along_x_and_rises_along_z():
     view = height_view(lambda x, y: -0.05 * (y - 4) ** 2, (9, 40))
     mesh = build_mesh(view, MeshConfig())
     middle = np.array([4 * 40 + 15], np.int32)
-    lrfs, values = compute_lrfs(mesh, middle, LrfConfig(), 22.0)
+    lrfs, values = compute_lrfs(mesh, middle, LrfConfig(method='rops'), 22.0)
     assert np.allclose(lrfs[0], [[1, 0, 0], [0, -1, 0], [0, 0, -1]], atol=0.02)
     assert values[0, 0] > 4 * values[0, 1] > 4 * values[0, 2]
 

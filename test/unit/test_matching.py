@@ -1,9 +1,12 @@
 # Copyright 2026 The ros_rops authors
 # SPDX-License-Identifier: Apache-2.0
-"""Matching; truth: every distance in float64, and motions known beforehand."""
+"""Matching; truth: the twin in whole numbers, float64, and motions known beforehand."""
+
+import math
 
 import numpy as np
 import pytest
+from reference import matching_twin
 from reference.surfaces import bumpy_mesh, moved
 from ros_rops.core.config import Config, MatchingConfig
 from ros_rops.core.errors import ParameterError, ShapeError
@@ -28,38 +31,57 @@ def pairs(found):
     return list(zip(found.source.tolist(), found.target.tolist(), strict=True))
 
 
-def nearest(distance, k):
-    """All (row, column) where the column is among the k nearest, ties to the lower index."""
-    order = np.argsort(distance, axis=1, kind='stable')[:, :k]
-    return {(i, int(j)) for i, row in enumerate(order) for j in row}
-
-
 @pytest.mark.parametrize('k', [1, 5])
 @pytest.mark.parametrize('both', [False, True])
-def test_equals_brute_force(k, both, monkeypatch):
-    monkeypatch.setattr('ros_rops.core.matching._BLOCK', 1000)  # several blocks
+def test_equals_the_twin_in_whole_numbers(k, both):
     random = np.random.default_rng(3)
-    # A common part a thousand times as large as the differences: float32 alone would fail.
+    # A common part a thousand times as large as the differences: float32 products would fail.
     a, b = (features(1.0 + 1e-3 * random.normal(size=(n, 20))) for n in (150, 130))
     found = match(a, b, MatchingConfig(neighbours=k, both_directions=both))
-    distance = cdist(a.descriptors.astype(float), b.descriptors.astype(float))
-    expected = nearest(distance, k)
-    if both:
-        expected |= {(i, j) for j, i in nearest(distance.T, k)}
-    assert len(found) == len(expected)
-    assert {(i, j) for i, j in pairs(found)} == expected
-    assert np.allclose(found.distance, distance[found.source, found.target], rtol=1e-6)
-    assert (np.diff(found.distance) >= 0).all()
+    whole_a, whole_b, step = matching_twin.quantised(a.descriptors, b.descriptors)
+    expected, squared = matching_twin.matches(whole_a, whole_b, k, both, 10 ** 6)
+    assert pairs(found) == expected
+    assert np.allclose(found.distance, np.sqrt(squared) * step, rtol=1e-6)
 
 
-def test_differences_below_the_rounding_of_the_product():
-    random = np.random.default_rng(6)
-    # Two groups far apart: no common part to take away.
-    a, b = (
-        features(random.choice([-1, 1], (n, 1)) + 1e-4 * random.normal(size=(n, 20)))
-        for n in (90, 400))
+@pytest.mark.parametrize('spread', [1e-3, 1.0])
+def test_agrees_with_float64_up_to_the_step(spread):
+    random = np.random.default_rng(7)
+    length = 135
+    a, b = (features(random.normal(0.3, spread, (n, length))) for n in (80, 120))
+    nearest = match(a, b, PAPER)
     distance = cdist(a.descriptors.astype(float), b.descriptors.astype(float))
-    assert set(pairs(match(a, b, PAPER))) == nearest(distance, 1)
+    _, _, step = matching_twin.quantised(a.descriptors, b.descriptors)
+    # Every entry of a difference is off by at most one step.
+    worst = step * math.sqrt(length)
+    assert (np.abs(nearest.distance - distance[nearest.source, nearest.target]) <= worst).all()
+    chosen = np.empty(len(a.indices))
+    chosen[nearest.source] = distance[nearest.source, nearest.target]
+    assert (chosen - distance.min(axis=1) <= 2 * worst).all()
+    if spread == 1.0:  # the differences are far above the step: the very same matches
+        assert dict(pairs(nearest)) == dict(enumerate(distance.argmin(axis=1).tolist()))
+
+
+def test_most_takes_nearest_neighbours_first_then_by_distance():
+    random = np.random.default_rng(8)
+    a, b = features(random.normal(size=(40, 12))), features(random.normal(size=(60, 12)))
+    whole = matching_twin.quantised(a.descriptors, b.descriptors)[:2]
+    every = match(a, b, MatchingConfig(neighbours=3))
+    for most in (10, 50, 110, len(every)):
+        found = match(a, b, MatchingConfig(neighbours=3, most=most))
+        assert pairs(found) == matching_twin.matches(*whole, 3, True, most)[0]
+        assert len(found) == most
+    assert match(a, b, MatchingConfig(neighbours=3, most=len(every) + 5)).source.tobytes() == (
+        every.source.tobytes())
+
+
+def test_threads_change_no_byte():
+    random = np.random.default_rng(9)
+    a, b = features(random.normal(size=(90, 135))), features(random.normal(size=(70, 135)))
+    one, two, again = (match(a, b, MatchingConfig(), threads=n) for n in (1, 2, 1))
+    for name in ('source', 'target', 'distance'):
+        assert getattr(one, name).tobytes() == getattr(two, name).tobytes()
+        assert getattr(one, name).tobytes() == getattr(again, name).tobytes()
 
 
 def test_both_directions_is_symmetric():
@@ -82,7 +104,8 @@ def test_few_different_descriptors_equal_brute_force():
     kinds = random.normal(size=(3, 7)).astype(np.float32)
     a, b = (features(kinds[random.integers(3, size=size)]) for size in (50, 300))
     found = match(a, b, MatchingConfig(neighbours=4, both_directions=False))
-    assert set(pairs(found)) == nearest(cdist(a.descriptors, b.descriptors), 4)
+    ranked = matching_twin.nearest(cdist(a.descriptors, b.descriptors), 4)
+    assert set(pairs(found)) == {(i, int(j)) for i, row in enumerate(ranked) for j in row}
 
 
 @pytest.mark.parametrize('shape', [(0, 5), (5, 0), (0, 0)])

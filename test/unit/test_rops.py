@@ -101,9 +101,10 @@ def test_plane_gives_finite_features(method):
 
 def test_symmetric_supports_are_dropped_by_the_ratio_test():
     mesh = build_mesh(height_view(lambda x, y: 0 * x, (60, 60)), MeshConfig())
-    kept = compute_features(mesh, Config.from_flat(
-        {'keypoints.eigen_ratio': 1.02, 'keypoints.boundary_mr': 16.0}))
-    every = compute_features(mesh, Config.from_flat({'keypoints.boundary_mr': 16.0}))
+    papers = {
+        'keypoints.boundary_mr': 16.0, 'rops.radius_mr': 15.0, 'lrf.method': 'rops'}
+    every = compute_features(mesh, Config.from_flat(papers))
+    kept = compute_features(mesh, Config.from_flat({**papers, 'keypoints.eigen_ratio': 1.02}))
     assert len(every.indices) > 20
     assert len(kept.indices) < 0.1 * len(every.indices)
 
