@@ -92,7 +92,7 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
-        (f'share/{PACKAGE}/config', ['config/default.yaml']),
+        (f'share/{PACKAGE}/config', ['config/default.yaml', 'config/paper.yaml']),
         (f'share/{PACKAGE}/bags', ['bags/demo.mcap', 'bags/demo_poses.json']),
     ],
     install_requires=[

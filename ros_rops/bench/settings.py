@@ -14,6 +14,7 @@ from ros_rops.bench.machine import machine_facts
 from ros_rops.bench.truth import load_dataset, ReferenceSet
 from ros_rops.core.config import Config, describe
 from ros_rops.core.errors import InputError, ParameterError
+from ros_rops.pipeline.parameters import load_config
 
 SEED = 'pairwise.seed'
 # RoPS alone: no random starts and few candidates; the control: random starts alone, as few.
@@ -71,14 +72,18 @@ def add_common_arguments(
     parser.add_argument(
         '--threads', type=int, default=0, help='threads of the engine, 0 for all (default)')
     parser.add_argument(
+        '--config', type=Path, metavar='YAML',
+        help='ROS parameter file, as config/paper.yaml; what it does not name is at its default')
+    parser.add_argument(
         '--set', dest='changes', action='append', default=[], metavar='PARAMETER=VALUE',
         help='change one parameter of the engine; may be given again')
     parser.add_argument('--quiet', action='store_true', help='no progress')
 
 
 def config_of(args: argparse.Namespace, extra: Mapping[str, object] | None = None) -> Config:
-    """Return the default configuration, changed by `extra` and then by the options."""
-    return derive(Config(), {**(extra or {}), **dict(map(parse_change, args.changes))})
+    """Return the defaults, changed by the file, then by `extra`, then by the options."""
+    config = load_config(args.config) if args.config else Config()
+    return derive(config, {**(extra or {}), **dict(map(parse_change, args.changes))})
 
 
 def teller(args: argparse.Namespace) -> Callable[[str], None]:

@@ -42,6 +42,9 @@ class PairwiseConfig(Group):
         'verified', 'Score, refine and verify many hypotheses (verified), or the best group of '
         'consistent correspondences and its ICP (paper).', choices=('verified', 'paper'))
     matches: bool = param(True, 'Take hypotheses from matched features.')
+    hypotheses: str = param(
+        'matches', 'The pose of every match as it is (matches), or as fitted to the group of '
+        'matches consistent with it (ccv).', choices=('matches', 'ccv'))
     random_starts: int = param(
         10000, 'Hypotheses from random pairings of local frames, where the matches alone do '
         'not suffice.', low=0, high=1000000)
@@ -90,6 +93,9 @@ class VerdictConfig(Group):
     stiffness: float = param(
         0.002, 'Ambiguous if a motion of unit mean size changes the mean squared distance by '
         'less: the surface slides on itself.', low=0.0, high=1.0)
+    overlap_least: float = param(
+        0.5, "Share of the source's vertices on the target that must be exceeded "
+        "(pairwise.method 'paper' only).", low=0.0, high=1.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,6 +117,9 @@ class CcvConfig(Group):
     inlier_mr: float = param(
         2.0, 'A point this near to the other surface is an inlier.',
         unit='mr', low=0.1, high=50.0)
+    verified: int = param(
+        2000, 'Most groups whose inliers are counted, those with the most members '
+        "(pairwise.method 'paper').", low=1, high=1000000)
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,44 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pairwise registration (Guo et al. 2014, III): match, search, verdict."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-
 import numpy as np
-
 from ros_rops.core.config import Config
-from ros_rops.core.matching import match, match_transforms
+from ros_rops.core.hypotheses import consistent, matched
+from ros_rops.core.pair_result import Lap, PairResult
+from ros_rops.core.paper_pairwise import register_paper
 from ros_rops.core.search import Candidates, random_transforms, search
 from ros_rops.core.surface import Surface
 from ros_rops.core.types import Floats, Status
 from ros_rops.core.verdict import judge, Verdict
 
-
-@dataclass(frozen=True, slots=True)
-class PairResult:
-    """
-    Outcome of one pairwise registration.
-
-    Parameters
-    ----------
-    source, target : str
-        Names of the sides.
-    status : Status
-        PLACED, AMBIGUOUS or REFUSED.
-    T_target_source : (4, 4) float64 or None
-        None unless placed.
-    reason : str
-        One sentence.
-    numbers : mapping of str to float
-        Counts of every stage and what the verdict rests on.
-    """
-
-    source: str
-    target: str
-    status: Status
-    T_target_source: Floats | None
-    reason: str
-    numbers: Mapping[str, float]
+__all__ = ['PairResult', 'register']
 
 
 def register(
@@ -48,13 +21,13 @@ def register(
     config: Config,
     *,
     threads: int = 0,
-    lap: Callable[[str], None] = lambda stage: None,
+    lap: Lap = lambda stage: None,
 ) -> PairResult:
     """
     Find the pose of `source` in the frame of `target`, or say why there is none.
 
     Matched features give hypotheses; the best few are refined. Only if none of these is beyond
-    doubt, random pairings join in and many are refined.
+    doubt, random pairings join in and many are refined. Method `paper` is `register_paper`.
 
     Parameters
     ----------
@@ -63,17 +36,20 @@ def register(
     threads : int
         0 takes all cores; no influence on the result.
     lap : callable
-        Called with 'match', 'quick' and, if it was needed, 'thorough' when that stage has ended.
+        Called with 'match', 'quick' and, if it was needed, 'thorough' when that stage has ended
+        (method `paper`: 'match', 'ccv', 'icp').
 
     Returns
     -------
     PairResult
     """
     settings = config.pairwise
-    matched = _matched(source, target, config, threads)
+    if settings.method == 'paper':
+        return register_paper(source, target, config, threads=threads, lap=lap)
+    from_matches = _from_matches(source, target, config, threads)
     lap('match')
     candidates = search(
-        source, target, matched, min(settings.quick, settings.refined), settings,
+        source, target, from_matches, min(settings.quick, settings.refined), settings,
         threads=threads)
     verdict = judge(source, target, candidates, config.verdict)
     lap('quick')
@@ -81,21 +57,22 @@ def register(
         starts = random_transforms(
             source, target, settings.random_starts, np.random.default_rng(settings.seed))
         candidates = search(
-            source, target, np.concatenate([matched, starts]), settings.refined, settings,
+            source, target, np.concatenate([from_matches, starts]), settings.refined, settings,
             threads=threads)
         verdict = judge(source, target, candidates, config.verdict)
         lap('thorough')
-    return _result(source, target, verdict, candidates, len(matched))
+    return _result(source, target, verdict, candidates, len(from_matches))
 
 
-def _matched(
+def _from_matches(
     source: Surface, target: Surface, config: Config, threads: int
 ) -> Floats:
     if not config.pairwise.matches:
         return np.empty((0, 4, 4))
-    matches = match(
-        source.features, target.features, config.matching, threads=threads)
-    return match_transforms(source.features, target.features, matches)
+    pairs = matched(source, target, config, threads=threads)
+    if config.pairwise.hypotheses == 'ccv':
+        return consistent(source, target, pairs, config.ccv).transforms
+    return pairs.transforms
 
 
 def _beyond_doubt(verdict: Verdict, config: Config) -> bool:

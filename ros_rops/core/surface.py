@@ -10,7 +10,7 @@ from ros_rops.core.errors import ViewError
 from ros_rops.core.rops import compute_features
 from ros_rops.core.se3 import move
 from ros_rops.core.types import Features, Floats, RangeMesh, SensorModel
-from ros_rops.kernels.verification import Evidence
+from ros_rops.kernels.evidence import Evidence
 from scipy.spatial import cKDTree
 
 # Fewer vertices than one keypoint's support tell nothing of a pose.

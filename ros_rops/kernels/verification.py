@@ -1,14 +1,13 @@
 # Copyright 2026 The ros_rops authors
 # SPDX-License-Identifier: Apache-2.0
-"""Typed face of the verification kernels: evidence of a surface, and poses judged by it."""
+"""Typed face of the verification kernels: poses judged by the evidence of two surfaces."""
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-
-from ros_rops.core.errors import KernelMissingError, ShapeError, ViewError
-from ros_rops.core.types import Bools, Floats, Ints, SensorModel
+from ros_rops.core.errors import KernelMissingError
+from ros_rops.core.types import Floats, Ints
+from ros_rops.kernels.evidence import about_centres, Evidence
 
 try:
     from ros_rops.kernels import _kernels
@@ -16,104 +15,6 @@ except ImportError as error:
     raise KernelMissingError(
         'ros_rops.kernels is not built: run `pip install .` or '
         '`python setup.py build_ext --inplace` in the package folder') from error
-
-_SENSOR_KINDS = {'unknown': 0, 'orthographic': 1, 'pinhole': 2}
-
-
-@dataclass(frozen=True, slots=True)
-class Evidence:
-    """
-    What a view or a grown shape testifies: closest-cell field, samples, depth rasters.
-
-    The kernel works in single precision about `centre`; poses go in and out in the frame of the
-    points.
-
-    Parameters
-    ----------
-    kernel : object
-        The compiled part.
-    centre : (3,) float64
-    cell : float
-        Edge of a cell.
-    reach : int
-        Cells that the field looks around a surface.
-    """
-
-    kernel: '_kernels._Evidence'
-    centre: Floats
-    cell: float
-    reach: int
-
-    @classmethod
-    def of(
-        cls,
-        points: Floats,
-        normals: Floats,
-        boundary: Bools,
-        sensor: SensorModel,
-        *,
-        cell: float,
-        reach: int,
-    ) -> 'Evidence':
-        """
-        Build the evidence of a view.
-
-        Parameters
-        ----------
-        points, normals : (N, 3) float64
-            Unit normals towards the sensor.
-        boundary : (N,) bool
-        sensor : SensorModel
-        cell : float
-        reach : int
-
-        Raises
-        ------
-        ShapeError
-            If the arrays do not fit together.
-        ViewError
-            If the extent is out of all proportion to `cell` (stray points).
-        """
-        if points.ndim != 2 or points.shape[1] != 3 or normals.shape != points.shape:
-            raise ShapeError(f'points, normals: expected (N, 3), got {points.shape}, '
-                             f'{normals.shape}')
-        if boundary.shape != points.shape[:1]:
-            raise ShapeError(f'boundary: expected ({len(points)},), got {boundary.shape}')
-        centre = points.mean(axis=0)
-        try:
-            kernel = _kernels._Evidence(
-                points - centre, normals, boundary.astype(np.uint8), cell, reach,
-                _SENSOR_KINDS[sensor.kind], list(np.asarray(sensor.origin) - centre),
-                list(sensor.direction))
-        except ValueError as error:
-            raise ViewError(
-                f'extent {np.ptp(points, axis=0)} is out of proportion to the mesh resolution: '
-                f'remove stray points') from error
-        return cls(kernel, centre, cell, reach)
-
-    @property
-    def noise(self) -> float:
-        """Return the vertices' standard deviation across their surface, in the points' units."""
-        return float(self.kernel.noise)
-
-    def grown(self, view: 'Evidence', T_self_view: Floats, near: float) -> 'Evidence':
-        """
-        Add what `view` saw (IV-A): vertices farther than `near` from the shape, and its rays.
-
-        Parameters
-        ----------
-        view : Evidence
-        T_self_view : (4, 4) float64
-        near : float
-
-        Returns
-        -------
-        Evidence
-            In this shape's frame.
-        """
-        pose = _centred(T_self_view, view.centre, self.centre)
-        kernel = self.kernel.grown(view.kernel, pose, near, self.reach)
-        return Evidence(kernel, self.centre, self.cell, self.reach)
 
 
 class Scores(NamedTuple):
@@ -183,7 +84,7 @@ def score(
         0 takes all cores; no influence on the result.
     """
     table = _kernels._score(
-        source.kernel, target.kernel, _centred(poses, source.centre, target.centre),
+        source.kernel, target.kernel, about_centres(poses, source.centre, target.centre),
         samples, tau, front, facing, threads)
     return Scores(*(table[:, :, k] for k in range(4)))
 
@@ -219,9 +120,9 @@ def refine(
     (H, 4, 4) float64
     """
     moved = _kernels._refine(
-        source.kernel, target.kernel, _centred(poses, source.centre, target.centre),
+        source.kernel, target.kernel, about_centres(poses, source.centre, target.centre),
         samples, radii, agree, threads)
-    return _centred(moved, -source.centre, -target.centre)
+    return about_centres(moved, -source.centre, -target.centre)
 
 
 def examine(
@@ -250,9 +151,9 @@ def examine(
         As in `score`.
     """
     moved, numbers, hessian = _kernels._examine(
-        source.kernel, target.kernel, _centred(pose, source.centre, target.centre),
+        source.kernel, target.kernel, about_centres(pose, source.centre, target.centre),
         rounds, samples, radius, front, facing)
-    return Examination(_centred(moved, -source.centre, -target.centre), numbers, hessian)
+    return Examination(about_centres(moved, -source.centre, -target.centre), numbers, hessian)
 
 
 def distinct(poses: Floats, *, angle_rad: float, distance: float, most: int) -> Ints:
@@ -277,11 +178,4 @@ def distinct(poses: Floats, *, angle_rad: float, distance: float, most: int) -> 
 
 def centred(poses: Floats, source: Evidence, target: Evidence) -> Floats:
     """Express `T_target_source` about the centres of both sides."""
-    return _centred(poses, source.centre, target.centre)
-
-
-def _centred(poses: Floats, source_centre: Floats, target_centre: Floats) -> Floats:
-    """Express `T_target_source` between frames moved to the two centres."""
-    moved = np.array(poses, dtype=np.float64)
-    moved[..., :3, 3] += poses[..., :3, :3] @ source_centre - target_centre
-    return moved
+    return about_centres(poses, source.centre, target.centre)

@@ -28,7 +28,7 @@ class Attempt:
     numbers : mapping of str to float
         Counts of every stage and what the verdict rests on.
     seconds : mapping of str to float
-        Wall time of the stages that ran: 'match', 'quick', 'thorough'.
+        Wall time of the stages that ran: those that `register` tells of.
     """
 
     source: str

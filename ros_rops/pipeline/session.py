@@ -20,7 +20,7 @@ from ros_rops.pipeline.prepare import prepare, PreparedView
 from ros_rops.pipeline.reports import ObjectModel, PlacedView, ViewReport
 from ros_rops.pipeline.units import in_units
 
-SECONDS = ('prepare', 'screen', 'match', 'quick', 'thorough', 'grow', 'fine')
+SECONDS = ('prepare', 'screen', 'match', 'ccv', 'icp', 'quick', 'thorough', 'grow', 'fine')
 
 
 class Session:

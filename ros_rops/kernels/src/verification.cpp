@@ -48,6 +48,21 @@ std::shared_ptr<Evidence> make_evidence(const Doubles& points, const Doubles& no
   return out;
 }
 
+// Points, normals and rim of the vertices, in the order of the field.
+py::tuple vertices(const Evidence& evidence) {
+  const Field& field = evidence.field;
+  const auto count = static_cast<py::ssize_t>(field.vertices.size());
+  Doubles points(Shape{count, 3}), normals(Shape{count, 3});
+  Flags rim(Shape{count});
+  double *p = points.mutable_data(), *n = normals.mutable_data();
+  for (const Oriented& v : field.vertices) {
+    *p++ = v.point.x, *p++ = v.point.y, *p++ = v.point.z;
+    *n++ = v.normal.x, *n++ = v.normal.y, *n++ = v.normal.z;
+  }
+  std::copy(field.rim.begin(), field.rim.end(), rim.mutable_data());
+  return py::make_tuple(points, normals, rim);
+}
+
 Doubles score(const Evidence& source, const Evidence& target, const Doubles& poses, int samples,
               float tau, float front, float facing, int threads) {
   const std::size_t count = poses.shape(0);
@@ -156,6 +171,7 @@ void bind_verification(py::module_& m) {
              py::gil_scoped_release release;
              return std::make_shared<Evidence>(grow(shape, view, pose, near, reach));
            })
+      .def("vertices", &vertices)
       .def_property_readonly("vertex_count",
                              [](const Evidence& e) { return e.field.vertices.size(); })
       .def_property_readonly("noise", [](const Evidence& e) { return e.field.noise; })

@@ -1,0 +1,148 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""Typed face of the evidence kernel: what a view or a grown shape testifies of a surface."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from ros_rops.core.errors import KernelMissingError, ShapeError, ViewError
+from ros_rops.core.types import Bools, Floats, frozen, SensorModel
+
+try:
+    from ros_rops.kernels import _kernels
+except ImportError as error:
+    raise KernelMissingError(
+        'ros_rops.kernels is not built: run `pip install .` or '
+        '`python setup.py build_ext --inplace` in the package folder') from error
+
+_SENSOR_KINDS = {'unknown': 0, 'orthographic': 1, 'pinhole': 2}
+
+
+class Vertices(NamedTuple):
+    """
+    Vertices of a view or a grown shape, those of one cell together.
+
+    Parameters
+    ----------
+    points : (N, 3) float64
+        In the frame of the points that went in, in single precision about their centre.
+    normals : (N, 3) float64
+        Unit, of the surface around; zeros where that has none.
+    rim : (N,) bool
+        On the boundary of the mesh.
+    """
+
+    points: Floats
+    normals: Floats
+    rim: Bools
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """
+    What a view or a grown shape testifies: closest-cell field, samples, depth rasters.
+
+    The kernel works in single precision about `centre`; poses go in and out in the frame of the
+    points.
+
+    Parameters
+    ----------
+    kernel : object
+        The compiled part.
+    centre : (3,) float64
+    cell : float
+        Edge of a cell.
+    reach : int
+        Cells that the field looks around a surface.
+    """
+
+    kernel: '_kernels._Evidence'
+    centre: Floats
+    cell: float
+    reach: int
+
+    @classmethod
+    def of(
+        cls,
+        points: Floats,
+        normals: Floats,
+        boundary: Bools,
+        sensor: SensorModel,
+        *,
+        cell: float,
+        reach: int,
+    ) -> 'Evidence':
+        """
+        Build the evidence of a view.
+
+        Parameters
+        ----------
+        points, normals : (N, 3) float64
+            Unit normals towards the sensor.
+        boundary : (N,) bool
+        sensor : SensorModel
+        cell : float
+        reach : int
+
+        Raises
+        ------
+        ShapeError
+            If the arrays do not fit together.
+        ViewError
+            If the extent is out of all proportion to `cell` (stray points).
+        """
+        if points.ndim != 2 or points.shape[1] != 3 or normals.shape != points.shape:
+            raise ShapeError(f'points, normals: expected (N, 3), got {points.shape}, '
+                             f'{normals.shape}')
+        if boundary.shape != points.shape[:1]:
+            raise ShapeError(f'boundary: expected ({len(points)},), got {boundary.shape}')
+        centre = points.mean(axis=0)
+        try:
+            kernel = _kernels._Evidence(
+                points - centre, normals, boundary.astype(np.uint8), cell, reach,
+                _SENSOR_KINDS[sensor.kind], list(np.asarray(sensor.origin) - centre),
+                list(sensor.direction))
+        except ValueError as error:
+            raise ViewError(
+                f'extent {np.ptp(points, axis=0)} is out of proportion to the mesh resolution: '
+                f'remove stray points') from error
+        return cls(kernel, centre, cell, reach)
+
+    @property
+    def noise(self) -> float:
+        """Return the vertices' standard deviation across their surface, in the points' units."""
+        return float(self.kernel.noise)
+
+    def vertices(self) -> Vertices:
+        """Return a read-only copy of the vertices."""
+        points, normals, rim = self.kernel.vertices()
+        return Vertices(
+            frozen(points + self.centre, np.float64), frozen(normals, np.float64),
+            frozen(rim, np.bool_))
+
+    def grown(self, view: 'Evidence', T_self_view: Floats, near: float) -> 'Evidence':
+        """
+        Add what `view` saw (IV-A): vertices farther than `near` from the shape, and its rays.
+
+        Parameters
+        ----------
+        view : Evidence
+        T_self_view : (4, 4) float64
+        near : float
+
+        Returns
+        -------
+        Evidence
+            In this shape's frame.
+        """
+        pose = about_centres(T_self_view, view.centre, self.centre)
+        kernel = self.kernel.grown(view.kernel, pose, near, self.reach)
+        return Evidence(kernel, self.centre, self.cell, self.reach)
+
+
+def about_centres(poses: Floats, source_centre: Floats, target_centre: Floats) -> Floats:
+    """Express `T_target_source` between frames moved to the two centres."""
+    moved = np.array(poses, dtype=np.float64)
+    moved[..., :3, 3] += poses[..., :3, :3] @ source_centre - target_centre
+    return moved
