@@ -179,8 +179,10 @@ class Growth:
         if result.status is not Status.PLACED or result.T_target_source is None:
             self._remember(small, result)
             return None
-        for name in small.members:
-            self._words[name] = result
+        for name in (*small.members, *large.members):
+            known = self._words.get(name)
+            if known is None or known.status is not Status.PLACED:
+                self._words[name] = result
         return self._merge(chance.smaller, chance.larger, result.T_target_source)
 
     def _remember(self, shape: Shape, result: PairResult) -> None:
