@@ -13,7 +13,7 @@ namespace rops {
 // Cells of a regular grid, each knowing the nearest surface cell within `reach` cells, so that
 // a nearest neighbour costs one look-up.
 struct Field {
-  float cell = 0;
+  float cell = 0, per_cell = 0;  // edge of a cell and its inverse
   Float3 origin{0, 0, 0};
   int nx = 0, ny = 0, nz = 0;
   std::vector<std::int32_t> nearest;  // per grid cell: index of a surface cell, -1 beyond reach
@@ -26,8 +26,8 @@ struct Field {
   float noise = 0;                    // standard deviation of vertices across the surface
 
   std::int32_t locate(Float3 p) const {
-    const float fx = (p.x - origin.x) / cell, fy = (p.y - origin.y) / cell,
-                fz = (p.z - origin.z) / cell;
+    const float fx = (p.x - origin.x) * per_cell, fy = (p.y - origin.y) * per_cell,
+                fz = (p.z - origin.z) * per_cell;
     if (!(fx >= 0 && fy >= 0 && fz >= 0 && fx < nx && fy < ny && fz < nz)) return -1;
     return (static_cast<std::int32_t>(fz) * ny + static_cast<std::int32_t>(fy)) * nx +
            static_cast<std::int32_t>(fx);
@@ -47,7 +47,7 @@ enum class Sight { kNone, kSeen, kInFront, kEmpty };
 struct Raster {
   bool pinhole = false;
   Rigid sensor_from_frame;  // z along the viewing direction, pinhole: origin at the centre
-  float pixel = 0, u0 = 0, v0 = 0;
+  float pixel = 0, per_pixel = 0, u0 = 0, v0 = 0;
   int nu = 0, nv = 0;
   std::vector<float> nearest;       // least depth of the 3x3 pixels around, infinity where none
   std::vector<std::uint8_t> clear;  // nothing was seen in the 5x5 pixels around

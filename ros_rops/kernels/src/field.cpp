@@ -167,6 +167,7 @@ Field build_field(const std::vector<Oriented>& vertices, const std::vector<std::
                   float cell, int reach) {
   Field field;
   field.cell = cell;
+  field.per_cell = 1 / cell;
   frame_grid(field, vertices, reach);
   field.nearest.assign(static_cast<std::size_t>(field.nx) * field.ny * field.nz, -1);
   fill_surface(field, vertices, rim);

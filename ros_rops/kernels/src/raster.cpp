@@ -26,6 +26,7 @@ Raster build_raster(const std::vector<Oriented>& vertices, bool pinhole, Float3 
   }
   if (seen.empty()) return raster;
   raster.pixel = pinhole ? pixel / (depth / seen.size()) : pixel;
+  raster.per_pixel = 1 / raster.pixel;
   float u1 = -INFINITY, v1 = -INFINITY;
   raster.u0 = raster.v0 = INFINITY;
   for (const Float3& s : seen) {
@@ -66,9 +67,10 @@ Sight Raster::look(Float3 p, Float3 normal, float tolerance, float facing) const
   float u = s.x, v = s.y;
   if (pinhole) {
     if (s.z <= 0) return Sight::kNone;
-    u /= s.z, v /= s.z;
+    const float inverse = 1 / s.z;
+    u *= inverse, v *= inverse;
   }
-  const float fi = (u - u0) / pixel, fj = (v - v0) / pixel;
+  const float fi = (u - u0) * per_pixel, fj = (v - v0) * per_pixel;
   bool outside = !(fi >= 0 && fj >= 0 && fi < nu && fj < nv);
   if (!outside) {
     const std::size_t at = static_cast<std::size_t>(static_cast<int>(fj)) * nu +
