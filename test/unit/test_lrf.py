@@ -28,7 +28,8 @@ def keypoints(mesh):
 
 @pytest.mark.parametrize('triangles', ['author', 'pcl'])
 def test_equals_the_twin(mesh, keypoints, triangles):
-    lrfs, values = compute_lrfs(mesh, keypoints, LrfConfig(method='rops', triangles=triangles), RADIUS)
+    config = LrfConfig(method='rops', triangles=triangles)
+    lrfs, values = compute_lrfs(mesh, keypoints, config, RADIUS)
     for k, vertex in enumerate(keypoints):
         expected, eigenvalues = frame(
             mesh.vertices, mesh.faces, mesh.vertices[vertex], RADIUS, triangles == 'pcl')
