@@ -41,7 +41,9 @@ def seed_shape(surface: Surface) -> Shape:
     return Shape(surface, {surface.name: np.eye(4)})
 
 
-def grow(shape: Shape, other: Shape, T_shape_other: Floats, config: Config) -> Shape:
+def grow(
+    shape: Shape, other: Shape, T_shape_other: Floats, config: Config, *, threads: int = 0
+) -> Shape:
     """
     Join two shapes, one of which may be a single view.
 
@@ -58,12 +60,17 @@ def grow(shape: Shape, other: Shape, T_shape_other: Floats, config: Config) -> S
     Shape
     """
     moved = {name: T_shape_other @ pose for name, pose in other.members.items()}
-    surface = grow_surface(shape.surface, other.surface, T_shape_other, config)
+    surface = grow_surface(
+        shape.surface, other.surface, T_shape_other, config, threads=threads)
     return Shape(surface, {**shape.members, **moved})
 
 
 def regrow(
-    surfaces: Mapping[str, Surface], poses: Mapping[str, Floats], config: Config
+    surfaces: Mapping[str, Surface],
+    poses: Mapping[str, Floats],
+    config: Config,
+    *,
+    threads: int = 0,
 ) -> Shape:
     """
     Grow a shape anew from its views at given poses (views taken back, poses refined).
@@ -81,7 +88,9 @@ def regrow(
     to_first = np.linalg.inv(poses[first])
     shape = seed_shape(surfaces[first])
     for name in list(poses)[1:]:
-        shape = grow(shape, seed_shape(surfaces[name]), to_first @ poses[name], config)
+        shape = grow(
+            shape, seed_shape(surfaces[name]), to_first @ poses[name], config,
+            threads=threads)
     return shape
 
 

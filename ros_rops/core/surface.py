@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What registration works on: a view's or a grown shape's features and evidence."""
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -73,15 +74,24 @@ def make_surface(
         raise ViewError(
             f'view {name!r}: {np.count_nonzero(used)} points form a surface, registration '
             f'needs {FEWEST_VERTICES}')
-    evidence = Evidence.of(
-        mesh.vertices[used], mesh.normals[used], mesh.boundary[used], sensor,
-        cell=config.evidence.cell_mr * unit, reach=config.evidence.reach_cells)
-    features = compute_features(mesh, config, resolution=unit, threads=threads)
-    return Surface(name, features, evidence, unit)
+
+    def evidence() -> Evidence:
+        return Evidence.of(
+            mesh.vertices[used], mesh.normals[used], mesh.boundary[used], sensor,
+            cell=config.evidence.cell_mr * unit, reach=config.evidence.reach_cells)
+
+    if threads == 1:
+        return Surface(
+            name, compute_features(mesh, config, resolution=unit, threads=1), evidence(), unit)
+    # One thread builds the evidence while the others describe the features.
+    with ThreadPoolExecutor(1) as other:
+        building = other.submit(evidence)
+        features = compute_features(mesh, config, resolution=unit, threads=threads)
+        return Surface(name, features, building.result(), unit)
 
 
 def grow_surface(
-    shape: Surface, view: Surface, T_shape_view: Floats, config: Config
+    shape: Surface, view: Surface, T_shape_view: Floats, config: Config, *, threads: int = 0
 ) -> Surface:
     """
     Add a registered view, or another shape, to a shape (IV-A).
@@ -101,7 +111,7 @@ def grow_surface(
         In the frame of `shape`.
     """
     near = config.evidence.grow_mr * shape.resolution
-    evidence = shape.evidence.grown(view.evidence, T_shape_view, near)
+    evidence = shape.evidence.grown(view.evidence, T_shape_view, near, threads=threads)
     spacing = config.keypoints.spacing_mr * shape.resolution
     features = _joined(shape.features, view.features, T_shape_view, spacing)
     return Surface(shape.name, features, evidence, shape.resolution)

@@ -121,7 +121,9 @@ class Evidence:
             frozen(points + self.centre, np.float64), frozen(normals, np.float64),
             frozen(rim, np.bool_))
 
-    def grown(self, view: 'Evidence', T_self_view: Floats, near: float) -> 'Evidence':
+    def grown(
+        self, view: 'Evidence', T_self_view: Floats, near: float, *, threads: int = 0
+    ) -> 'Evidence':
         """
         Add what `view` saw (IV-A): vertices farther than `near` from the shape, and its rays.
 
@@ -130,6 +132,8 @@ class Evidence:
         view : Evidence
         T_self_view : (4, 4) float64
         near : float
+        threads : int
+            0 takes all cores; no influence on the result.
 
         Returns
         -------
@@ -137,7 +141,7 @@ class Evidence:
             In this shape's frame.
         """
         pose = about_centres(T_self_view, view.centre, self.centre)
-        kernel = self.kernel.grown(view.kernel, pose, near, self.reach)
+        kernel = self.kernel.grown(view.kernel, pose, near, self.reach, threads)
         return Evidence(kernel, self.centre, self.cell, self.reach)
 
 

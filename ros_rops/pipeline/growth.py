@@ -18,7 +18,7 @@ from ros_rops.core.config import Config
 from ros_rops.core.pairwise import PairResult
 from ros_rops.core.shape_growing import grow, plausibility, regrow, Shape
 from ros_rops.core.surface import Surface
-from ros_rops.core.types import Status
+from ros_rops.core.types import Floats, Status
 from ros_rops.pipeline.attempt import Attempt, attempt
 from ros_rops.pipeline.reports import ViewReport
 
@@ -52,6 +52,8 @@ class Growth:
         self._threads = threads
         self._seconds = seconds
         self._shapes: dict[int, Shape] = {}
+        self._surfaces: dict[str, Surface] = {}
+        self._outdated: set[int] = set()
         self._object_ids: dict[int, int] = {}
         self._chances: dict[tuple[int, int], float] = {}
         self._careful: set[tuple[int, int]] = set()
@@ -62,6 +64,7 @@ class Growth:
 
     def arrive(self, shape: Shape) -> None:
         """Take a new view in and let it, and what it changes, find its place."""
+        self._surfaces[shape.surface.name] = shape.surface
         self._grow_from(self._insert(shape), self._config.growth.plausible)
 
     def settle(self) -> None:
@@ -78,21 +81,24 @@ class Growth:
         """Shapes of two or more views by object id."""
         return {self._object_ids[key]: self._shapes[key] for key in self._object_ids}
 
-    def replace(self, object_id: int, shape: Shape) -> None:
-        """Put a shape of the same views, with better poses, in the place of an object's."""
+    def move(self, object_id: int, poses: Mapping[str, Floats]) -> None:
+        """Give the views of an object better poses; its surface follows when it is needed."""
         key = next(k for k, number in self._object_ids.items() if number == object_id)
-        self._shapes[key] = shape
+        self._shapes[key] = Shape(self._shapes[key].surface, dict(poses))
+        self._outdated.add(key)
 
-    def take_back(self, name: str, surfaces: Mapping[str, Surface]) -> None:
-        """Remove a view; `surfaces` are those of the remaining views."""
+    def take_back(self, name: str) -> None:
+        """Remove a view; what it held together stays together."""
         key = self._key_of(name)
         poses = {k: pose for k, pose in self._shapes[key].members.items() if k != name}
         self._words.pop(name, None)
+        del self._surfaces[name]
         object_id = self._object_ids.get(key)
         self._forget(key)
         if not poses:
             return
-        fresh = self._insert(regrow(surfaces, poses, self._config))
+        fresh = self._insert(regrow(
+            self._surfaces, poses, self._config, threads=self._threads))
         if len(poses) > 1 and object_id is not None:
             self._object_ids[fresh] = object_id
 
@@ -153,13 +159,21 @@ class Growth:
                 found.append(_Chance(value, small, large))
         return sorted(found, key=lambda c: (-c.plausibility, c.smaller, c.larger))
 
+    def _shape(self, key: int) -> Shape:
+        """Return a shape whose surface is that of its present poses."""
+        if key in self._outdated:
+            self._shapes[key] = regrow(
+                self._surfaces, self._shapes[key].members, self._config, threads=self._threads)
+            self._outdated.discard(key)
+        return self._shapes[key]
+
     def _plausibility(self, small: int, large: int, careful: bool) -> float:
         """Look the value up or compute it; `careful` asks all features once more."""
         pair = (min(small, large), max(small, large))
         if pair not in (self._careful if careful else self._chances):
             started = time.perf_counter()
             value = plausibility(
-                self._shapes[small].surface, self._shapes[large].surface, self._config,
+                self._shape(small).surface, self._shape(large).surface, self._config,
                 careful=careful, threads=self._threads)
             self._chances[pair] = max(value, self._chances.get(pair, value))
             if careful:
@@ -169,7 +183,7 @@ class Growth:
 
     def _try(self, chance: _Chance) -> int | None:
         """Register the smaller shape to the larger; return the key of what they became."""
-        small, large = self._shapes[chance.smaller], self._shapes[chance.larger]
+        small, large = self._shape(chance.smaller), self._shape(chance.larger)
         self._tried.add((min(chance.smaller, chance.larger), max(chance.smaller, chance.larger)))
         result, record = attempt(
             small.surface, large.surface, self._config, threads=self._threads)
@@ -196,7 +210,8 @@ class Growth:
 
     def _merge(self, small: int, large: int, pose: np.ndarray) -> int:
         started = time.perf_counter()
-        merged = grow(self._shapes[large], self._shapes[small], pose, self._config)
+        merged = grow(self._shape(large), self._shape(small), pose, self._config,
+            threads=self._threads)
         ids = [self._object_ids[k] for k in (large, small) if k in self._object_ids]
         hopes = self._hopes(small, large)
         self._forget(small)
@@ -229,6 +244,7 @@ class Growth:
 
     def _forget(self, key: int) -> None:
         del self._shapes[key]
+        self._outdated.discard(key)
         self._object_ids.pop(key, None)
         self._chances = {k: v for k, v in self._chances.items() if key not in k}
         self._careful = {k for k in self._careful if key not in k}

@@ -11,7 +11,7 @@ import numpy as np
 from ros_rops.core.config import Config
 from ros_rops.core.errors import ParameterError, ViewError
 from ros_rops.core.fine import FineView, refine_shape
-from ros_rops.core.shape_growing import regrow, seed_shape, Shape
+from ros_rops.core.shape_growing import seed_shape, Shape
 from ros_rops.core.types import RangeView, Status, Units
 from ros_rops.core.verdict import self_stiffness
 from ros_rops.pipeline.attempt import Attempt
@@ -127,12 +127,10 @@ class Session:
         if name not in self._views:
             raise ParameterError(f'no view {name!r} in the session')
         del self._views[name]
-        self._refused.pop(name, None)
         self._fits.pop(name, None)
-        if self._prepared.pop(name, None) is None:
-            return
-        surfaces = {key: item.surface for key, item in self._prepared.items()}
-        self._growth.take_back(name, surfaces)
+        self._prepared.pop(name, None)
+        if self._refused.pop(name, None) is None:
+            self._growth.take_back(name)
 
     @property
     def reports(self) -> tuple[ViewReport, ...]:
@@ -215,9 +213,7 @@ class Session:
         for name, fit in zip(names, result.views, strict=True):
             self._fits[name] = {
                 'fine_residual_mr': fit.residual_mr, 'fine_stiffness': fit.stiffness}
-        poses = dict(zip(names, result.poses, strict=True))
-        surfaces = {name: self._prepared[name].surface for name in names}
-        self._growth.replace(object_id, regrow(surfaces, poses, self.config))
+        self._growth.move(object_id, dict(zip(names, result.poses, strict=True)))
 
     def _report(self, name: str) -> ViewReport:
         if name in self._refused:

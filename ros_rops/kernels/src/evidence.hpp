@@ -59,8 +59,7 @@ struct Raster {
 
 struct Evidence {
   Field field;
-  std::vector<Oriented> samples;       // surface cells in a fixed random order
-  std::vector<std::uint8_t> on_border;  // per sample
+  std::vector<Oriented> samples;  // surface cells in a fixed random order
   std::vector<Raster> rasters;
 };
 
@@ -77,6 +76,6 @@ void draw_samples(Evidence& evidence);
 // Grow `shape` by `view` (IV-A): its vertices farther than `near` from the shape are added, and
 // those that show the inside of a surface where the shape knows only a rim, which they replace.
 Evidence grow(const Evidence& shape, const Evidence& view, const Rigid& T_shape_view, float near,
-              int reach);
+              int reach, int threads);
 
 }  // namespace rops

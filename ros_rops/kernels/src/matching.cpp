@@ -60,25 +60,30 @@ double longest(const Floats& from) {
   return std::sqrt(most);
 }
 
-// Products of one row with all rows of `b`.
-ROPS_CLONES void products(const std::int16_t* a, const Whole& b, std::int32_t* out) {
+// Rows of `a` whose products with a row of `b` are taken together, to read `b` less often.
+constexpr std::size_t kRows = 4;
+
+// Products of kRows rows with all rows of `b`: out[j * kRows + r].
+ROPS_CLONES void products(const std::int16_t* const* a, const Whole& b, std::int32_t* out) {
+  const std::int16_t *a0 = a[0], *a1 = a[1], *a2 = a[2], *a3 = a[3];
   for (std::size_t j = 0; j < b.count; ++j) {
     const std::int16_t* row = b.rows.data() + j * b.stride;
-    std::int32_t sum = 0;
-    for (std::size_t d = 0; d < b.stride; ++d) sum += static_cast<std::int32_t>(a[d]) * row[d];
-    out[j] = sum;
+    std::int32_t s0 = 0, s1 = 0, s2 = 0, s3 = 0;
+    for (std::size_t d = 0; d < b.stride; ++d) {
+      const std::int32_t v = row[d];
+      s0 += a0[d] * v, s1 += a1[d] * v, s2 += a2[d] * v, s3 += a3[d] * v;
+    }
+    std::int32_t* to = out + j * kRows;
+    to[0] = s0, to[1] = s1, to[2] = s2, to[3] = s3;
   }
 }
 
-// The k nearest rows of `b` for row i of `a`, ties to the lower index.
-void nearest(const Whole& a, std::size_t i, const Whole& b, std::size_t k, std::int32_t* index,
-             std::int64_t* distance) {
-  static thread_local std::vector<std::int32_t> dots;
-  dots.resize(b.count);
-  products(a.rows.data() + i * a.stride, b, dots.data());
+// The k nearest by a column of products; ties to the lower index.
+void keep_nearest(const std::int32_t* dots, std::int64_t norm, const Whole& b, std::size_t k,
+                  std::int32_t* index, std::int64_t* distance) {
   std::fill(distance, distance + k, std::numeric_limits<std::int64_t>::max());
   for (std::size_t j = 0; j < b.count; ++j) {
-    const std::int64_t d = static_cast<std::int64_t>(a.norms[i]) + b.norms[j] - 2ll * dots[j];
+    const std::int64_t d = norm + b.norms[j] - 2ll * dots[j * kRows];
     if (d >= distance[k - 1]) continue;
     std::size_t at = k - 1;
     for (; at > 0 && distance[at - 1] > d; --at) {
@@ -88,6 +93,27 @@ void nearest(const Whole& a, std::size_t i, const Whole& b, std::size_t k, std::
     distance[at] = d;
     index[at] = static_cast<std::int32_t>(j);
   }
+}
+
+// The k nearest rows of `b`, and how far they are, for every row of `a`.
+void nearest_rows(const Whole& a, const Whole& b, std::size_t k, double scale, int threads,
+                  std::int32_t* index, float* length) {
+  parallel((a.count + kRows - 1) / kRows, threads, [&](std::size_t block) {
+    static thread_local std::vector<std::int32_t> dots;
+    dots.resize(b.count * kRows);
+    const std::size_t first = block * kRows, last = std::min(first + kRows, a.count);
+    const std::int16_t* rows[kRows];
+    for (std::size_t r = 0; r < kRows; ++r)
+      rows[r] = a.rows.data() + std::min(first + r, last - 1) * a.stride;
+    products(rows, b, dots.data());
+    std::vector<std::int64_t> squared(k);
+    for (std::size_t i = first; i < last; ++i) {
+      keep_nearest(dots.data() + (i - first), a.norms[i], b, k, index + i * k, squared.data());
+      for (std::size_t r = 0; r < k; ++r)
+        length[i * k + r] =
+            scale > 0 ? static_cast<float>(std::sqrt(static_cast<double>(squared[r])) / scale) : 0;
+    }
+  });
 }
 
 py::tuple nearest_descriptors(const Floats& a, const Floats& b, std::size_t k, bool both,
@@ -104,14 +130,7 @@ py::tuple nearest_descriptors(const Floats& a, const Floats& b, std::size_t k, b
     float* length = distance.mutable_data();
     {
       py::gil_scoped_release release;
-      const Whole x(from, scale), y(to, scale);
-      parallel(x.count, threads, [&](std::size_t i) {
-        std::vector<std::int64_t> squared(few);
-        nearest(x, i, y, few, at + i * few, squared.data());
-        for (std::size_t r = 0; r < few; ++r)
-          length[i * few + r] =
-              scale > 0 ? static_cast<float>(std::sqrt(static_cast<double>(squared[r])) / scale) : 0;
-      });
+      nearest_rows(Whole(from, scale), Whole(to, scale), few, scale, threads, at, length);
     }
     out.append(py::make_tuple(index, distance));
   };

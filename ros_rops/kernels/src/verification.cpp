@@ -166,10 +166,10 @@ void bind_verification(py::module_& m) {
       .def(py::init(&make_evidence))
       .def("grown",
            [](const Evidence& shape, const Evidence& view, const Doubles& T, float near,
-              int reach) {
+              int reach, int threads) {
              const Rigid pose = to_rigid(T.data());
              py::gil_scoped_release release;
-             return std::make_shared<Evidence>(grow(shape, view, pose, near, reach));
+             return std::make_shared<Evidence>(grow(shape, view, pose, near, reach, threads));
            })
       .def("vertices", &vertices)
       .def_property_readonly("vertex_count",
