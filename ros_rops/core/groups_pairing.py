@@ -85,6 +85,9 @@ class VerdictConfig(Group):
     residual_mr: float = param(
         0.35, 'Most mean distance point to plane of matched points, more where the views are '
         'noisy (noise_factor).', unit='mr', low=0.01, high=2.0)
+    misfit: float = param(
+        2.0, 'After fine registration a view is taken back whose residual exceeds this multiple '
+        'of the most that a pair may have.', low=1.0, high=100.0)
     noise_factor: float = param(
         1.5, "Residual allowed as a multiple of the views' own noise.", low=0.0, high=10.0)
     rival: float = param(

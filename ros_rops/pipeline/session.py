@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The engine's state: unordered views come in, one shape per object grows (IV)."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 import time
 from types import MappingProxyType
 
@@ -11,9 +11,9 @@ import numpy as np
 from ros_rops.core.config import Config
 from ros_rops.core.errors import ParameterError, ViewError
 from ros_rops.core.fine import FineView, refine_shape
-from ros_rops.core.shape_growing import seed_shape, Shape
+from ros_rops.core.shape_growing import seed_shape
 from ros_rops.core.types import RangeView, Status, Units
-from ros_rops.core.verdict import self_stiffness
+from ros_rops.core.verdict import residual_limit, self_stiffness
 from ros_rops.pipeline.attempt import Attempt
 from ros_rops.pipeline.growth import Growth
 from ros_rops.pipeline.prepare import prepare, PreparedView
@@ -53,7 +53,7 @@ class Session:
         self._units = None if units == 'unknown' else units
         self._prepared: dict[str, PreparedView] = {}
         self._views: dict[str, RangeView] = {}
-        self._refused: dict[str, ViewReport] = {}
+        self._aside: dict[str, ViewReport] = {}
         self._fits: dict[str, Mapping[str, float]] = {}
         self._seconds = dict.fromkeys(SECONDS, 0.0)
         self._growth = Growth(self.config, threads, self._seconds)
@@ -87,19 +87,19 @@ class Session:
                 view, self.config, resolution=self._resolution(), threads=self.threads)
             self._check_resolution(prepared)
         except ViewError as error:
-            self._refused[view.name] = ViewReport(view.name, Status.REFUSED, None, str(error))
-            return self._refused[view.name]
+            self._aside[view.name] = ViewReport(view.name, Status.REFUSED, None, str(error))
+            return self._aside[view.name]
         finally:
             self._seconds['prepare'] += time.perf_counter() - started
         self._prepared[view.name] = prepared
         firmness = self_stiffness(prepared.surface)
         if firmness < self.config.verdict.stiffness:
-            self._refused[view.name] = ViewReport(
+            self._aside[view.name] = ViewReport(
                 view.name, Status.AMBIGUOUS, None,
                 f'the view slides or turns on itself, like a plane, a sphere or a cylinder: '
                 f'stiffness {firmness:.4f} is below {self.config.verdict.stiffness}',
                 {'stiffness': firmness})
-            return self._refused[view.name]
+            return self._aside[view.name]
         self._growth.arrive(seed_shape(prepared.surface))
         return self._report(view.name)
 
@@ -111,8 +111,9 @@ class Session:
         """
         self._growth.settle()
         started = time.perf_counter()
-        for object_id, shape in self._growth.objects().items():
-            self._refine(object_id, shape)
+        for object_id in sorted(self._growth.objects()):
+            while self._refine(object_id):
+                pass
         self._seconds['fine'] += time.perf_counter() - started
 
     def remove(self, name: str) -> None:
@@ -129,7 +130,7 @@ class Session:
         del self._views[name]
         self._fits.pop(name, None)
         self._prepared.pop(name, None)
-        if self._refused.pop(name, None) is None:
+        if self._aside.pop(name, None) is None:
             self._growth.take_back(name)
 
     @property
@@ -204,7 +205,18 @@ class Session:
                 f'view {prepared.view.name!r}: its mesh resolution {prepared.mesh.resolution:.4g} '
                 f'is {ratio:.3g} times that of the first view: other units, or another sensor?')
 
-    def _refine(self, object_id: int, shape: Shape) -> None:
+    def _refine(self, object_id: int) -> bool:
+        """
+        Refine the views of an object; take the one back that fits worst, if it does not fit.
+
+        Returns
+        -------
+        bool
+            Whether a view was taken back, so that the others want refining again.
+        """
+        shape = self._growth.objects().get(object_id)
+        if shape is None:
+            return False
         names = list(shape.members)
         result = refine_shape(
             [FineView.of(self._prepared[name].mesh) for name in names],
@@ -214,10 +226,26 @@ class Session:
             self._fits[name] = {
                 'fine_residual_mr': fit.residual_mr, 'fine_stiffness': fit.stiffness}
         self._growth.move(object_id, dict(zip(names, result.poses, strict=True)))
+        return self._take_misfit_back(names, object_id)
+
+    def _take_misfit_back(self, names: Sequence[str], object_id: int) -> bool:
+        residuals = {name: self._fits[name]['fine_residual_mr'] for name in names}
+        worst = max(names, key=lambda name: np.nan_to_num(residuals[name], nan=-1.0))
+        surface = self._prepared[worst].surface
+        config = self.config.verdict
+        limit = config.misfit * residual_limit(surface, surface, surface.resolution, config)
+        if not residuals[worst] > limit:
+            return False
+        self._growth.take_back(worst)
+        self._aside[worst] = ViewReport(
+            worst, Status.PENDING, None,
+            f'taken back from object {object_id}: its residual of {residuals[worst]:.2f} mr '
+            f'after fine registration is above {limit:.2f}', dict(self._fits.pop(worst)))
+        return True
 
     def _report(self, name: str) -> ViewReport:
-        if name in self._refused:
-            return self._refused[name]
+        if name in self._aside:
+            return self._aside[name]
         report = self._growth.report(name)
         numbers = {**report.numbers, **self._fits.get(name, {})}
         return ViewReport(name, report.status, report.object_id, report.reason, numbers)
