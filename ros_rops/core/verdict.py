@@ -18,6 +18,8 @@ FINALISTS = 5
 # Poses closer than both are one solution, found with less care.
 RIVAL_ANGLE_RAD = math.radians(12.0)
 RIVAL_DISTANCE_MR = 10.0
+# Residuals below this are alike: the meshes are no finer.
+FINEST_MR = 0.05
 ROUNDS = 8
 SAMPLES = 2000
 # Vertices within two resolutions overlap (III-C); depth contradicts beyond three.
@@ -108,20 +110,28 @@ def _rival(
     unit: float,
     config: VerdictConfig,
 ) -> float:
-    """Score of the best other pose that would be believed, as a share of the best score."""
-    best = finalists[0]
+    """
+    Tell how well the best other pose explains the data, as a share of the best.
+
+    The ratio of the scores, times that of the residuals: over hundreds of matches a residual
+    twice as large tells two poses apart as surely as half the overlap.
+    """
+    best = finalists[0].numbers
     poses = centred(
         np.stack([f.T_target_source for f in finalists]), source.evidence, target.evidence)
-    for k, other in enumerate(finalists[1:], start=1):
+    shares = [0.0]
+    for k, finalist in enumerate(finalists[1:], start=1):
+        other = finalist.numbers
         apart = len(distinct(
             poses[[0, k]], angle_rad=RIVAL_ANGLE_RAD, distance=RIVAL_DISTANCE_MR * unit,
             most=2)) == 2
-        if apart and (
-            other.numbers['score'] >= config.score_least
-            and other.numbers['residual_mr'] <= other.numbers['residual_most_mr']
-        ):
-            return other.numbers['score'] / best.numbers['score']
-    return 0.0
+        believed = (
+            other['score'] >= config.score_least
+            and other['residual_mr'] <= other['residual_most_mr'])
+        if apart and believed:
+            fit = max(best['residual_mr'], FINEST_MR) / max(other['residual_mr'], FINEST_MR)
+            shares.append(other['score'] / best['score'] * fit)
+    return max(shares)
 
 
 def residual_limit(
@@ -201,7 +211,7 @@ def _word(numbers: Mapping[str, float], config: VerdictConfig) -> tuple[Status, 
             f'{config.stiffness}')
     if numbers['rival'] > config.rival:
         return Status.AMBIGUOUS, (
-            f'another pose scores {numbers["rival"]:.0%} of the best')
+            f'another pose explains the data {numbers["rival"]:.0%} as well as the best')
     return Status.PLACED, (
         f'score {numbers["score"]:.2f}, residual {numbers["residual_mr"]:.2f} mr, overlap '
         f'{numbers["overlap"]:.0%}')
