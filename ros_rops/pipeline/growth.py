@@ -210,8 +210,8 @@ class Growth:
 
     def _merge(self, small: int, large: int, pose: np.ndarray) -> int:
         started = time.perf_counter()
-        merged = grow(self._shape(large), self._shape(small), pose, self._config,
-            threads=self._threads)
+        merged = grow(
+            self._shape(large), self._shape(small), pose, self._config, threads=self._threads)
         ids = [self._object_ids[k] for k in (large, small) if k in self._object_ids]
         hopes = self._hopes(small, large)
         self._forget(small)
