@@ -22,6 +22,9 @@ class GrowthConfig(Group):
     tries: int = param(
         3, 'Shapes that a view tries at most each time the shapes have changed.',
         low=1, high=1000)
+    partners: int = param(
+        8, 'Shapes that a shape considers with all its features at the end.',
+        low=1, high=1000000)
     resolution_ratio: float = param(
         3.0, 'A view whose mesh resolution differs from the first by more is refused: its units '
         'are probably others.', low=1.0, high=1000.0)

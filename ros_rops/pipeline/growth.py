@@ -70,12 +70,22 @@ class Growth:
     def settle(self) -> None:
         """Try all that has a chance at all, best first, until nothing fits any more."""
         while True:
-            keys = sorted(self._shapes)
-            pairs = [(a, b) for i, a in enumerate(keys) for b in keys[i + 1:]]
-            chances = self._chances_of(pairs, self._config.growth.least, careful=True)
+            chances = self._chances_of(
+                self._likeliest_pairs(), self._config.growth.least, careful=True)
             if not chances:
                 return
             self._try(chances[0])
+
+    def _likeliest_pairs(self) -> list[tuple[int, int]]:
+        """For every shape the few others that its quick votes speak for."""
+        keys = sorted(self._shapes)
+        pairs: set[tuple[int, int]] = set()
+        for key in keys:
+            others = [(min(key, k), max(key, k)) for k in keys if k != key]
+            chances = self._chances_of(others, -1.0)[:self._config.growth.partners]
+            pairs.update(
+                (min(c.smaller, c.larger), max(c.smaller, c.larger)) for c in chances)
+        return sorted(pairs)
 
     def objects(self) -> dict[int, Shape]:
         """Shapes of two or more views by object id."""
