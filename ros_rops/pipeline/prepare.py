@@ -5,6 +5,7 @@
 from dataclasses import dataclass
 
 from ros_rops.core.config import Config
+from ros_rops.core.errors import ViewError
 from ros_rops.core.mesh import build_mesh
 from ros_rops.core.surface import make_surface, Surface
 from ros_rops.core.types import RangeMesh, RangeView
@@ -37,9 +38,20 @@ def prepare(
     Raises
     ------
     ViewError
-        If the view holds too little to register, or stray points.
+        If the view holds too little to register, or stray points, or its mesh is by far coarser
+        or finer than `resolution`.
     """
     mesh = build_mesh(view, config.mesh)
+    if resolution is not None:
+        _check_resolution(view.name, mesh.resolution / resolution, config.growth.resolution_ratio)
     surface = make_surface(
         view.name, mesh, view.sensor, config, resolution=resolution, threads=threads)
     return PreparedView(view, mesh, surface)
+
+
+def _check_resolution(name: str, ratio: float, most: float) -> None:
+    # Before any length in mesh resolutions is used: other units would look like stray points.
+    if ratio > 0 and not 1.0 / most <= ratio <= most:
+        raise ViewError(
+            f'view {name!r}: its mesh resolution is {ratio:.3g} times that of the first view: '
+            f'other units, or another sensor?')

@@ -85,7 +85,6 @@ class Session:
         try:
             prepared = prepare(
                 view, self.config, resolution=self._resolution(), threads=self.threads)
-            self._check_resolution(prepared)
         except ViewError as error:
             self._aside[view.name] = ViewReport(view.name, Status.REFUSED, None, str(error))
             return self._aside[view.name]
@@ -193,17 +192,6 @@ class Session:
         """Return what `mr` means in this session: the resolution of its first view."""
         first = next(iter(self._prepared.values()), None)
         return first.surface.resolution if first else None
-
-    def _check_resolution(self, prepared: PreparedView) -> None:
-        expected = self._resolution()
-        if expected is None:
-            return
-        ratio = prepared.mesh.resolution / expected
-        most = self.config.growth.resolution_ratio
-        if not 1.0 / most <= ratio <= most:
-            raise ViewError(
-                f'view {prepared.view.name!r}: its mesh resolution {prepared.mesh.resolution:.4g} '
-                f'is {ratio:.3g} times that of the first view: other units, or another sensor?')
 
     def _refine(self, object_id: int) -> bool:
         """

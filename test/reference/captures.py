@@ -10,7 +10,7 @@ from ros_rops.recordings.raycast import Camera
 from ros_rops.recordings.synthetic import look_at, Model, render_view
 
 FIELDS = {'blob': blob, 'bracket': bracket}
-PIXELS = 90
+PIXELS = 130
 
 
 @cache
