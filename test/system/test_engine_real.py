@@ -64,8 +64,8 @@ def test_bunny_and_chef_mixed(bunny):
     found = sorted(sorted(view.name for view in shape.views) for shape in session.objects)
     assert found == [
         sorted(name for dataset, name in chosen if dataset is one) for one in (bunny, chef)]
-    for shape, one in zip(sorted(session.objects, key=lambda s: s.views[0].name), (bunny, chef),
-                          strict=True):
+    shapes = sorted(session.objects, key=lambda shape: shape.views[0].name)
+    for shape, one in zip(shapes, (bunny, chef), strict=True):
         first, *others = shape.views
         factor = 1.0 if session.units == one.units else 1e-3
         for view in others:
