@@ -28,5 +28,6 @@ class Notes:
         """Return a line for each thing that was inferred, with the first view as the example."""
         return [
             f'{name}: {note}' if self._count[what] == 1
-            else f'{self._count[what]} views: {note} [figures of {name}]'
+            else f'{self._count[what]} views: {note} [figures of {name}]' if '#' in what
+            else f'{name} and {self._count[what] - 1} more: {note}'
             for what, (name, note) in self._first.items()]

@@ -49,7 +49,10 @@ def seeds() -> list[str]:
 
 
 def _threads(text: str) -> int:
-    count = int(text)
+    try:
+        count = int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f'{text!r} is no number') from None
     if count < 0:
         raise argparse.ArgumentTypeError(f'{count} is below 0')
     return count

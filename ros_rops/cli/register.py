@@ -17,6 +17,7 @@ import sys
 import time
 from typing import Any
 
+from ros_rops.cli.interrupt import Interrupt
 from ros_rops.cli.notes import Notes
 from ros_rops.cli.options import add_engine_arguments, config_of
 from ros_rops.cli.progress import Progress
@@ -110,17 +111,21 @@ def _count(source: ViewSource) -> int:
 def _add_all(
     session: Any, sources: Sequence[ViewSource], intake: _Intake, progress: Progress, units: str,
 ) -> None:
-    try:
+    with Interrupt() as interrupt:
         for outcome in _outcomes(sources, intake, units):
-            if isinstance(outcome, BadView):
-                name = intake.name(outcome.name)
-                progress.step(_refuse(intake, name, outcome.reason))
-                continue
-            name = intake.name(outcome.view.name)
-            intake.notes.add(outcome.view.name, outcome.notes)
-            progress.step(_add(session, replace(outcome.view, name=name), intake))
-    except KeyboardInterrupt:
-        progress.say('interrupted; finishing with the views so far (again to stop at once)')
+            progress.step(_take(session, outcome, intake))
+            if interrupt.asked:
+                progress.say(
+                    'interrupted; finishing with the views so far (again to stop at once)')
+                break
+
+
+def _take(session: Any, outcome: NotedView | BadView, intake: _Intake) -> str:
+    if isinstance(outcome, BadView):
+        return _refuse(intake, intake.name(outcome.name), outcome.reason)
+    name = intake.name(outcome.view.name)
+    intake.notes.add(outcome.view.name, outcome.notes)
+    return _add(session, replace(outcome.view, name=name), intake)
 
 
 def _outcomes(

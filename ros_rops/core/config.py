@@ -10,6 +10,7 @@ resolutions (suffix `_mr`).
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
+from difflib import get_close_matches
 
 from ros_rops.core.errors import ParameterError
 from ros_rops.core.groups_features import KeypointConfig, LrfConfig, MeshConfig, RopsConfig
@@ -57,11 +58,13 @@ class Config:
         ParameterError
             For an unknown name, a wrong type or a value out of bounds.
         """
-        known = {info.name for info in describe()}
+        known = [info.name for info in describe()]
         groups: dict[str, dict[str, object]] = {}
         for name, value in values.items():
             if name not in known:
-                raise ParameterError(f'{name}: no such parameter')
+                near = get_close_matches(name, known, 1)
+                hint = f'; did you mean {near[0]}?' if near else ''
+                raise ParameterError(f'{name}: no such parameter{hint}')
             group, _, leaf = name.partition('.')
             groups.setdefault(group, {})[leaf] = value
         config = cls()

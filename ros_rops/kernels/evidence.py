@@ -104,8 +104,9 @@ class Evidence:
                 _SENSOR_KINDS[sensor.kind], list(np.asarray(sensor.origin) - centre),
                 list(sensor.direction))
         except ValueError as error:
+            extent = ' x '.join(f'{length:.3g}' for length in np.ptp(points, axis=0))
             raise ViewError(
-                f'extent {np.ptp(points, axis=0)} is out of proportion to the mesh resolution: '
+                f'its extent of {extent} is out of proportion to the mesh resolution: '
                 f'remove stray points') from error
         return cls(kernel, centre, cell, reach)
 
@@ -139,9 +140,19 @@ class Evidence:
         -------
         Evidence
             In this shape's frame.
+
+        Raises
+        ------
+        ViewError
+            If both together extend too far for `cell` (stray points).
         """
         pose = about_centres(T_self_view, view.centre, self.centre)
-        kernel = self.kernel.grown(view.kernel, pose, near, self.reach, threads)
+        try:
+            kernel = self.kernel.grown(view.kernel, pose, near, self.reach, threads)
+        except ValueError as error:
+            raise ViewError(
+                'together they extend too far for the mesh resolution: remove stray points'
+            ) from error
         return Evidence(kernel, self.centre, self.cell, self.reach)
 
 

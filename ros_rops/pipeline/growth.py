@@ -9,12 +9,11 @@ left waits, and tries again when the shapes have grown.
 """
 
 from collections.abc import Mapping, MutableMapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import time
 
-import numpy as np
-
 from ros_rops.core.config import Config
+from ros_rops.core.errors import ViewError
 from ros_rops.core.pairwise import PairResult
 from ros_rops.core.shape_growing import grow, plausibility, regrow, Shape
 from ros_rops.core.surface import Surface
@@ -197,17 +196,34 @@ class Growth:
         self._tried.add((min(chance.smaller, chance.larger), max(chance.smaller, chance.larger)))
         result, record = attempt(
             small.surface, large.surface, self._config, threads=self._threads)
-        self.trace.append(record)
         for stage, seconds in record.seconds.items():
             self._seconds[stage] += seconds
-        if result.status is not Status.PLACED or result.T_target_source is None:
+        merged = None
+        try:
+            merged = self._joined(small, large, result)
+        except ViewError as error:
+            # Only together do the two extend too far: the pose is of no use then.
+            result = replace(
+                result, status=Status.REFUSED, T_target_source=None, reason=str(error))
+            record = replace(record, status=result.status, reason=result.reason)
+        self.trace.append(record)
+        if merged is None:
             self._remember(small, result)
             return None
         for name in (*small.members, *large.members):
             known = self._words.get(name)
             if known is None or known.status is not Status.PLACED:
                 self._words[name] = result
-        return self._merge(chance.smaller, chance.larger, result.T_target_source)
+        return self._merge(chance.smaller, chance.larger, merged)
+
+    def _joined(self, small: Shape, large: Shape, result: PairResult) -> Shape | None:
+        if result.status is not Status.PLACED or result.T_target_source is None:
+            return None
+        started = time.perf_counter()
+        merged = grow(
+            large, small, result.T_target_source, self._config, threads=self._threads)
+        self._seconds['grow'] += time.perf_counter() - started
+        return merged
 
     def _remember(self, shape: Shape, result: PairResult) -> None:
         """Keep the most telling word on a view that stays alone."""
@@ -218,10 +234,7 @@ class Growth:
         if known is None or _telling(result) > _telling(known):
             self._words[name] = result
 
-    def _merge(self, small: int, large: int, pose: np.ndarray) -> int:
-        started = time.perf_counter()
-        merged = grow(
-            self._shape(large), self._shape(small), pose, self._config, threads=self._threads)
+    def _merge(self, small: int, large: int, merged: Shape) -> int:
         ids = [self._object_ids[k] for k in (large, small) if k in self._object_ids]
         hopes = self._hopes(small, large)
         self._forget(small)
@@ -232,7 +245,6 @@ class Growth:
             ids = [self._next_object]
             self._next_object += 1
         self._object_ids[key] = min(ids)
-        self._seconds['grow'] += time.perf_counter() - started
         return key
 
     def _hopes(self, small: int, large: int) -> dict[int, float]:

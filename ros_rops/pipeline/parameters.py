@@ -40,8 +40,10 @@ def load_config(path: Path | str) -> Config:
     try:
         text = Path(path).read_text(encoding='utf-8')
         return Config.from_flat(parse_parameters(text))
-    except (OSError, UnicodeDecodeError) as error:
-        raise ParameterError(f'{path}: cannot be read: {error}') from error
+    except OSError as error:
+        raise ParameterError(f'{path}: cannot be read ({error.strerror or error})') from error
+    except UnicodeDecodeError as error:
+        raise ParameterError(f'{path}: is no text ({error.reason})') from error
     except ParameterError as error:
         raise ParameterError(f'{path}: {error}') from error
 
@@ -62,7 +64,7 @@ def parse_parameters(text: str) -> dict[str, object]:
     if tree is None:
         return {}
     if not isinstance(tree, dict):
-        raise ParameterError(f'expected a node name and ros__parameters, got {tree!r}')
+        raise ParameterError(f'expected a node name and ros__parameters, got {_short(tree)}')
     nodes = sorted((name for name in tree if name != '/**'), key=str)
     if len(nodes) > 1:
         raise ParameterError(f'parameters of more than one node: {", ".join(map(str, nodes))}')
@@ -70,6 +72,11 @@ def parse_parameters(text: str) -> dict[str, object]:
     for node in [name for name in tree if name == '/**'] + nodes:
         flat.update(_of_node(str(node), tree[node]))
     return flat
+
+
+def _short(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + '...'
 
 
 def _of_node(node: str, section: object) -> dict[str, object]:

@@ -86,7 +86,9 @@ class Session:
             prepared = prepare(
                 view, self.config, resolution=self._resolution(), threads=self.threads)
         except ViewError as error:
-            self._aside[view.name] = ViewReport(view.name, Status.REFUSED, None, str(error))
+            self._aside[view.name] = ViewReport(
+                view.name, Status.REFUSED, None,
+                str(error).removeprefix(f'view {view.name!r}: '))
             return self._aside[view.name]
         finally:
             self._seconds['prepare'] += time.perf_counter() - started
@@ -189,8 +191,10 @@ class Session:
         return self._units or 'unknown'
 
     def _resolution(self) -> float | None:
-        """Return what `mr` means in this session: the resolution of its first view."""
-        first = next(iter(self._prepared.values()), None)
+        """Return what `mr` means in this session: the resolution of its first sound view."""
+        # A wall or a ball says nothing of the objects, so it must not set the scale for them.
+        first = next(
+            (item for name, item in self._prepared.items() if name not in self._aside), None)
         return first.surface.resolution if first else None
 
     def _refine(self, object_id: int) -> bool:

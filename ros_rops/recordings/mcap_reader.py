@@ -158,7 +158,7 @@ def _messages(path: Path, stream: IO[bytes]) -> Iterator[tuple[Any, Any, Any] | 
         except Exception as error:  # damaged bytes make the library raise all sorts of things
             reason = f'{type(error).__name__} {error}'.strip()
             yield BadView(path.name, f'{path}: the recording is truncated or damaged after '
-                          f'{done} views ({reason})')
+                          f'{done} {"view" if done == 1 else "views"} ({reason})')
             return
         if _is_cloud(item[0]):
             done += 1

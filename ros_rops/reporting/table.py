@@ -43,6 +43,10 @@ def summary(document: Mapping[str, Any]) -> str:
     """Return the sentences below the table."""
     views, objects = document['views'], document['objects']
     lines = [f'object {item["id"]}: {_count(len(item["views"]), "view")}' for item in objects]
+    if objects:
+        lines.append(
+            f'lengths in {document["units"]}; mesh resolution (mr) '
+            f'{number(document["mesh_resolution"])} {document["units"]}')
     placed = sum(view['status'] == 'placed' for view in views)
     lines.append(
         f'{placed} of {_count(len(views), "view")} placed in {_count(len(objects), "object")}; '

@@ -5,10 +5,12 @@
 import argparse
 import importlib
 import io
+import signal
 import sys
 
 import pytest
 from ros_rops.cli import doctor
+from ros_rops.cli.interrupt import Interrupt
 from ros_rops.cli.main import main, VERBS
 from ros_rops.cli.notes import Notes
 from ros_rops.cli.options import add_engine_arguments, config_of, seeds
@@ -29,6 +31,7 @@ def test_every_verb_has_help(verb, capsys):
 @pytest.mark.parametrize(('words', 'message'), [
     ([], 'VERB'), (['fly'], 'fly'), (['register', 'x'], '--out'),
     (['register', 'x', '--out', 'y', '--threads', '-1'], '-1 is below 0'),
+    (['register', 'x', '--out', 'y', '--threads', 'all'], "'all' is no number"),
     (['register', 'x', '--out', 'y', '--units', 'inch'], 'inch')])
 def test_mistakes_in_the_command_are_named(words, message, capsys):
     with pytest.raises(SystemExit) as done:
@@ -41,7 +44,9 @@ def test_mistakes_in_the_command_are_named(words, message, capsys):
     (['explain', 'nowhere'], 'poses.json: cannot be read'),
     (['explain', 'nowhere', 'a', 'b', 'c'], 'VIEW: one or two, got 3'),
     (['register', 'x', '--out', 'y', '--set', 'rops.bins=many'], 'rops.bins: expected int'),
-    (['register', 'x', '--out', 'y', '--config', 'none.yaml'], 'none.yaml: cannot be read')])
+    (['register', 'x', '--out', 'y', '--set', 'rops.radius=9'], 'did you mean rops.radius_mr?'),
+    (['register', 'x', '--out', 'y', '--config', 'none.yaml'],
+     'none.yaml: cannot be read (No such file')])
 def test_callers_mistakes_end_with_2_and_one_line(words, message, capsys, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     assert main(words) == 2
@@ -77,6 +82,24 @@ def test_notes_that_say_the_same_are_said_once():
     assert notes.lines() == [
         '2 views: units inferred: m (0.15 across) [figures of a.ply]',
         'set/b.ply: sensor unknown']
+
+
+def test_notes_without_figures_name_the_first_view_and_count_the_others():
+    notes = Notes()
+    for name in 'abc':
+        notes.add(name, ['sensor unknown'])
+    assert notes.lines() == ['a and 2 more: sensor unknown']
+
+
+def test_the_first_interrupt_asks_and_the_second_stops():
+    before = signal.getsignal(signal.SIGINT)
+    with Interrupt() as interrupt:
+        assert not interrupt.asked
+        signal.raise_signal(signal.SIGINT)
+        assert interrupt.asked
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+    assert signal.getsignal(signal.SIGINT) is before
 
 
 class _Terminal(io.StringIO):

@@ -91,7 +91,7 @@ def test_unreadable_files_are_named(tmp_path):
         load_config(tmp_path / 'none.yaml')
     binary = tmp_path / 'binary.yaml'
     binary.write_bytes(b'\xff\xfe\x00')
-    with pytest.raises(ParameterError, match='binary.yaml: cannot be read'):
+    with pytest.raises(ParameterError, match='binary.yaml: is no text'):
         load_config(binary)
 
 

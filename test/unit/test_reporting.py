@@ -150,6 +150,7 @@ def test_table_names_every_view_and_sums_up(folder):
     lines = table.splitlines()
     assert lines[0].split() == ['view', 'status', 'object', 'overlap', 'score', 'reason']
     assert lines[1].split() == ['a.ply', 'placed', '0', '0.4', '0.25']
+    assert lines[-2].startswith('lengths in mm; mesh resolution (mr) ')
     assert lines[-1] == '2 of 4 views placed in 1 object; 3 registrations attempted'
 
 
