@@ -3,8 +3,8 @@
 """
 Tell where the correspondences of a run were lost, stage by stage.
 
-Without a view: a line a view. With one: every registration it took part in. With two: those of
-this pair, and of either with an object that holds the other.
+Without a view: a line a view. With one: every registration it took part in, by itself or within
+an object ("with 3 more"). With two: those that had one on either side.
 """
 
 import argparse

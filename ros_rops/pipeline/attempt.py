@@ -29,6 +29,8 @@ class Attempt:
         Counts of every stage and what the verdict rests on.
     seconds : mapping of str to float
         Wall time of the stages that ran: those that `register` tells of.
+    source_views, target_views : tuple of str
+        Names of the views that each side held then.
     """
 
     source: str
@@ -37,6 +39,8 @@ class Attempt:
     reason: str
     numbers: Mapping[str, float]
     seconds: Mapping[str, float]
+    source_views: tuple[str, ...] = ()
+    target_views: tuple[str, ...] = ()
 
 
 class StageClock:

@@ -196,6 +196,8 @@ class Growth:
         self._tried.add((min(chance.smaller, chance.larger), max(chance.smaller, chance.larger)))
         result, record = attempt(
             small.surface, large.surface, self._config, threads=self._threads)
+        record = replace(
+            record, source_views=tuple(small.members), target_views=tuple(large.members))
         for stage, seconds in record.seconds.items():
             self._seconds[stage] += seconds
         merged = None

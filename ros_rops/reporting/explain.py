@@ -39,16 +39,13 @@ def explain(folder: Path, names: Sequence[str] = ()) -> str:
     poses, trace = _read(folder / 'poses.json'), _read(folder / 'trace.json')
     try:
         views = {view['name']: view for view in poses['views']}
-        homes = {
-            view['name']: f'object_{item["id"]}'
-            for item in poses['objects'] for view in item['views']}
         attempts = trace['attempts']
         if not names:
             return _run_text(views, attempts)
         found = [_find(name, views) for name in names]
         if len(found) == 1:
             return _view_text(views[found[0]], _of_view(attempts, found[0]))
-        return _pair_text([views[name] for name in found], _of_pair(attempts, found, homes))
+        return _pair_text([views[name] for name in found], _of_pair(attempts, found))
     except (KeyError, TypeError, AttributeError) as error:
         raise InputError(f'{folder}: is not a run folder of this program ({error!r})') from None
 
@@ -73,15 +70,15 @@ def _find(name: str, views: Iterable[str]) -> str:
 
 
 def _of_view(attempts: Sequence[Attempt], name: str) -> list[Attempt]:
-    return [one for one in attempts if name in (one['source'], one['target'])]
+    return [one for one in attempts if name in one['source_views'] + one['target_views']]
 
 
-def _of_pair(
-    attempts: Sequence[Attempt], names: Sequence[str], homes: Mapping[str, str]
-) -> list[Attempt]:
+def _of_pair(attempts: Sequence[Attempt], names: Sequence[str]) -> list[Attempt]:
     a, b = names
-    wanted = [{a, b}, {a, homes.get(b)}, {b, homes.get(a)}]
-    return [one for one in attempts if {one['source'], one['target']} in wanted]
+    return [
+        one for one in attempts
+        if (a in one['source_views'] and b in one['target_views'])
+        or (b in one['source_views'] and a in one['target_views'])]
 
 
 def _run_text(views: Mapping[str, Any], attempts: Sequence[Attempt]) -> str:
@@ -102,8 +99,7 @@ def _view_verdict(view: Mapping[str, Any], attempts: Sequence[Attempt]) -> str:
 
 
 def _other(attempt: Attempt, name: str) -> str:
-    target = attempt['target']
-    return str(attempt['source'] if target == name else target)
+    return str(attempt['target' if name in attempt['source_views'] else 'source'])
 
 
 def _depth(attempt: Attempt) -> tuple[bool, int, float]:
@@ -155,10 +151,16 @@ def _attempts_text(attempts: Sequence[Attempt]) -> str:
     return '\n'.join(_attempt_text(attempt) for attempt in attempts)
 
 
+def _side(attempt: Attempt, side: str) -> str:
+    """Return the name of a side, and how many views were with it by then."""
+    others = len(attempt[f'{side}_views']) - 1
+    return str(attempt[side]) + (f' (with {others} more)' if others else '')
+
+
 def _attempt_text(attempt: Attempt) -> str:
     """Return one attempt: where it was lost, then a line a number and a line a time."""
     rows = [
         [f'  {name}', number(value)] for name, value in attempt['numbers'].items()
     ] + [[f'  {name}', f'{number(value)} s'] for name, value in attempt['seconds'].items()]
-    head = f'{attempt["source"]} against {attempt["target"]}: {lost(attempt)}\n'
+    head = f'{_side(attempt, "source")} against {_side(attempt, "target")}: {lost(attempt)}\n'
     return head + (columns(rows) if rows else '')

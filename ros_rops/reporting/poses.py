@@ -75,6 +75,8 @@ def _attempt(attempt: Any) -> dict[str, Any]:
     return {
         'source': attempt.source,
         'target': attempt.target,
+        'source_views': list(attempt.source_views),
+        'target_views': list(attempt.target_views),
         'status': attempt.status.value,
         'reason': attempt.reason,
         'numbers': plain(attempt.numbers),

@@ -47,13 +47,16 @@ def run():
                         reason='fits nothing yet', numbers={})]
     trace = [
         SimpleNamespace(
-            source='b.ply', target='a.ply', status=Status.PLACED, reason='',
+            source='b.ply', target='a.ply', source_views=('b.ply',), target_views=('a.ply',),
+            status=Status.PLACED, reason='',
             numbers={'matches': 30, 'refined': 5, 'score': 0.25}, seconds={'match': 0.01}),
         SimpleNamespace(
-            source='c.ply', target='object_0', status=Status.REFUSED, reason='no group',
+            source='c.ply', target='b.ply', source_views=('c.ply',),
+            target_views=('b.ply', 'a.ply'), status=Status.REFUSED, reason='no group',
             numbers={'matches': 20.0, 'ccv_groups': 0.0, 'rival': 0.0}, seconds={'match': 0.01}),
         SimpleNamespace(
-            source='c.ply', target='b.ply', status=Status.REFUSED, reason='score 0.01 < 0.04',
+            source='c.ply', target='b.ply', source_views=('c.ply',), target_views=('b.ply',),
+            status=Status.REFUSED, reason='score 0.01 < 0.04',
             numbers={'matches': 20.0, 'refined': 4.0, 'score': 0.01, 'in_front': 0.0}, seconds={})]
     session = SimpleNamespace(
         reports=reports, objects=[SimpleNamespace(id=0, views=placed)], views=views, units='mm',
@@ -165,10 +168,10 @@ def test_explain_says_where_a_view_was_lost(folder):
 
 def test_explain_tells_the_stages_of_a_view_and_of_a_pair(folder):
     text = explain(folder, ['c.ply'])
-    assert 'c.ply against object_0: no ccv_groups left of 20 matches: no group' in text
+    assert 'c.ply against b.ply (with 1 more): no ccv_groups left of 20 matches: no group' in text
     pair = explain(folder, ['c.ply', 'a.ply'])
-    # a.ply lies in object_0: what was tried with the object counts, what with b.ply does not.
-    assert 'c.ply against object_0' in pair and 'c.ply against b.ply' not in pair
+    # What was tried with the object that held a.ply counts, what with b.ply alone does not.
+    assert 'c.ply against b.ply (with 1 more)' in pair and 'c.ply against b.ply:' not in pair
 
 
 @pytest.mark.parametrize(('names', 'message'), [
