@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 from ros_rops.core.config import VerdictConfig
-from ros_rops.core.search import Candidates, final_scores
+from ros_rops.core.search import Candidates, FINAL, final_scores
 from ros_rops.core.surface import Surface
 from ros_rops.core.types import Floats, Status
 from ros_rops.kernels.verification import centred, distinct, Examination, examine
@@ -205,6 +205,12 @@ def _word(numbers: Mapping[str, float], config: VerdictConfig) -> tuple[Status, 
         return Status.REFUSED, (
             f'residual {numbers["residual_mr"]:.2f} mr is above '
             f'{numbers["residual_most_mr"]:.2f}: the surfaces do not fit')
+    # The score is an average over whole views: much overlap would buy off a clear objection.
+    against = FINAL.front * numbers['in_front'] + FINAL.empty * numbers['unseen']
+    if against > config.contradiction:
+        return Status.REFUSED, (
+            f'what the rays contradict is {against:.2f} of what matches, above '
+            f'{config.contradiction}')
     if numbers['stiffness'] < config.stiffness:
         return Status.AMBIGUOUS, (
             f'the surface slides on itself: stiffness {numbers["stiffness"]:.4f} is below '

@@ -6,11 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from reference.captures import error, neighbours, of_field
+from reference.captures import error, model, neighbours, of_field
 from ros_rops.core.config import Config
 from ros_rops.core.pairwise import register
 from ros_rops.core.types import SensorModel, Status
 from ros_rops.pipeline.prepare import prepare
+from ros_rops.recordings.synthetic import Model, synthetic_views
 
 CONFIG = Config()
 
@@ -96,6 +97,19 @@ def test_other_objects_are_refused():
     found = register(blob, bracket, CONFIG)
     assert found.status is Status.REFUSED
     assert found.T_target_source is None
+
+
+@pytest.mark.parametrize(('of_body', 'of_mirrored'), [(0, 1), (3, 3)])
+def test_rays_that_contradict_outweigh_much_overlap(of_body, of_mirrored):
+    body = model('bracket')
+    mirrored = Model(body.vertices * [-1, 1, 1], body.faces[:, ::-1], name='mirrored')
+    source = surface(synthetic_views(body, count=8, seed=0, pixels=110)[of_body])
+    target = surface(synthetic_views(mirrored, count=8, seed=1, pixels=110)[of_mirrored])
+    lenient = replace(CONFIG, verdict=replace(CONFIG.verdict, contradiction=100.0))
+    assert register(source, target, lenient).status is Status.PLACED
+    found = register(source, target, CONFIG)
+    assert found.status is Status.REFUSED
+    assert 'contradict' in found.reason
 
 
 def _plane(points):
