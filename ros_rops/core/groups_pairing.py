@@ -80,6 +80,9 @@ class VerdictConfig(Group):
 
     score_least: float = param(
         0.05, 'Least score: overlap less what contradicts it.', low=0.0, high=1.0)
+    area_mr2: float = param(
+        700.0, 'Below this area of overlap the least score rises as the area falls: less than '
+        'the support of a feature of 15 mr is little evidence.', unit='mr^2', low=0.0, high=1e9)
     score_sure: float = param(
         0.15, 'A score beyond doubt, which ends the search.', low=0.0, high=1.0)
     residual_mr: float = param(

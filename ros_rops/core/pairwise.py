@@ -14,6 +14,9 @@ from ros_rops.core.verdict import judge, Verdict
 
 __all__ = ['PairResult', 'register']
 
+# Part of the random starts that join the quick search.
+QUICK_SHARE = 5
+
 
 def register(
     source: Surface,
@@ -48,14 +51,15 @@ def register(
         return register_paper(source, target, config, threads=threads, lap=lap)
     from_matches = _from_matches(source, target, config, threads)
     lap('match')
+    starts = random_transforms(
+        source, target, settings.random_starts, np.random.default_rng(settings.seed))
+    # A few random starts at once: the matches alone may not show the other pose of a symmetry.
+    few = np.concatenate([from_matches, starts[:len(starts) // QUICK_SHARE]])
     candidates = search(
-        source, target, from_matches, min(settings.quick, settings.refined), settings,
-        threads=threads)
+        source, target, few, min(settings.quick, settings.refined), settings, threads=threads)
     verdict = judge(source, target, candidates, config.verdict)
     lap('quick')
     if settings.refined > settings.quick and not _beyond_doubt(verdict, config):
-        starts = random_transforms(
-            source, target, settings.random_starts, np.random.default_rng(settings.seed))
         candidates = search(
             source, target, np.concatenate([from_matches, starts]), settings.refined, settings,
             threads=threads)

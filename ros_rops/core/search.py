@@ -10,12 +10,14 @@ import numpy as np
 from ros_rops.core.config import PairwiseConfig
 from ros_rops.core.matching import frame_transforms
 from ros_rops.core.surface import Surface
-from ros_rops.core.types import Floats
+from ros_rops.core.types import Floats, Ints
 from ros_rops.kernels.verification import centred, distinct, refine, score, Scores
 
 # Hypotheses closer than this lead to the same refined pose.
 SAME_ANGLE_RAD = math.radians(8.0)
 SAME_DISTANCE_MR = 6.0
+FAR_ANGLE_RAD = math.radians(30.0)
+FAR_DISTANCE_MR = 20.0
 # Poses that differ by less after refinement are one.
 ONE_ANGLE_RAD = math.radians(5.0)
 ONE_DISTANCE_MR = 4.0
@@ -166,11 +168,27 @@ def promising(
         values = worth(score(
             source.evidence, target.evidence, poses, samples=samples,
             tau=config.tau_mr * unit, front=config.front_mr * unit, threads=threads), COARSE)
-        last = samples == levels[-1]
-        keep = len(poses) if last else max(len(poses) // LEVEL_SHARE, 2 * most)
-        order = np.argsort(-values, kind='stable')[:keep]
+        order = np.argsort(-values, kind='stable')
         poses, values = poses[order], values[order]
+        if samples != levels[-1]:
+            keep = max(len(poses) // LEVEL_SHARE, 2 * most)
+            far = _far_apart(source, target, poses, most, unit)
+            kept = np.union1d(np.arange(min(keep, len(poses))), far)
+            poses, values = poses[kept], values[kept]
     return poses, values
+
+
+def _far_apart(
+    source: Surface, target: Surface, poses: Floats, most: int, unit: float
+) -> Ints:
+    """
+    Choose at most `most` of the poses, in their order, that are far apart.
+
+    The neighbours of one good pose are all good; they must not crowd its rivals out.
+    """
+    return distinct(
+        centred(poses, source.evidence, target.evidence),
+        angle_rad=FAR_ANGLE_RAD, distance=FAR_DISTANCE_MR * unit, most=most)
 
 
 def _distinct_best(
@@ -184,8 +202,10 @@ def _distinct_best(
     """Choose at most `most` hypotheses that score best and differ."""
     unit = 0.5 * (source.resolution + target.resolution)
     poses, _ = promising(source, target, hypotheses, most, config, threads=threads)
+    about = centred(poses, source.evidence, target.evidence)
+    far = _far_apart(source, target, poses, (most + 1) // 2, unit)
+    order = np.concatenate([far, np.setdiff1d(np.arange(len(poses)), far)])
     kept = distinct(
-        centred(poses, source.evidence, target.evidence),
-        angle_rad=SAME_ANGLE_RAD, distance=SAME_DISTANCE_MR * unit, most=most)
-    chosen: Floats = poses[kept]
+        about[order], angle_rad=SAME_ANGLE_RAD, distance=SAME_DISTANCE_MR * unit, most=most)
+    chosen: Floats = poses[order[kept]]
     return chosen

@@ -70,7 +70,9 @@ def judge(
         return Verdict(Status.REFUSED, None, 'no hypothesis: a side has no features', {})
     unit = 0.5 * (source.resolution + target.resolution)
     limit = residual_limit(source, target, unit, config)
-    finalists = _examined(source, target, candidates.poses[:FINALISTS], unit, limit)
+    finalists = sorted(
+        _examined(source, target, candidates.poses[:FINALISTS], unit, limit),
+        key=lambda finalist: _worth(finalist.numbers, config), reverse=True)
     best = finalists[0]
     numbers = best.numbers | {'rival': _rival(source, target, finalists, unit, config)}
     status, reason = _word(numbers, config)
@@ -97,10 +99,14 @@ def _examined(
     refined = np.stack([exam.T_target_source for exam in exams])
     scores = final_scores(source, target, refined, unit)
     found = [
-        _Finalist(exam.T_target_source, _numbers(exam, float(score), unit, limit))
+        _Finalist(exam.T_target_source, {
+            **_numbers(exam, float(score), unit),
+            'residual_most_mr': limit,
+            'area_mr2': _area(exam, source, target) / unit**2,
+        })
         for exam, score in zip(exams, scores, strict=True)
     ]
-    return sorted(found, key=lambda finalist: -finalist.numbers['score'])
+    return found
 
 
 def _rival(
@@ -116,22 +122,29 @@ def _rival(
     The ratio of the scores, times that of the residuals: over hundreds of matches a residual
     twice as large tells two poses apart as surely as half the overlap.
     """
-    best = finalists[0].numbers
     poses = centred(
         np.stack([f.T_target_source for f in finalists]), source.evidence, target.evidence)
-    shares = [0.0]
+    best = _worth(finalists[0].numbers, config)
     for k, finalist in enumerate(finalists[1:], start=1):
-        other = finalist.numbers
         apart = len(distinct(
             poses[[0, k]], angle_rad=RIVAL_ANGLE_RAD, distance=RIVAL_DISTANCE_MR * unit,
             most=2)) == 2
-        believed = (
-            other['score'] >= config.score_least
-            and other['residual_mr'] <= other['residual_most_mr'])
-        if apart and believed:
-            fit = max(best['residual_mr'], FINEST_MR) / max(other['residual_mr'], FINEST_MR)
-            shares.append(other['score'] / best['score'] * fit)
-    return max(shares)
+        if apart and _believed(finalist.numbers, config):
+            return _worth(finalist.numbers, config)[1] / best[1]
+    return 0.0
+
+
+def _believed(numbers: Mapping[str, float], config: VerdictConfig) -> bool:
+    return (
+        numbers['score'] >= least_score(numbers, config)
+        and numbers['residual_mr'] <= numbers['residual_most_mr'])
+
+
+def _worth(numbers: Mapping[str, float], config: VerdictConfig) -> tuple[bool, float]:
+    """Rank of a pose: believed ones by score over residual, then the others by score."""
+    believed = _believed(numbers, config)
+    fit = max(numbers['residual_mr'], FINEST_MR) if believed else 1.0
+    return believed, numbers['score'] / fit
 
 
 def residual_limit(
@@ -146,15 +159,18 @@ def residual_limit(
     return max(config.residual_mr, config.noise_factor * math.sqrt(2.0 / math.pi) * noise)
 
 
-def _numbers(
-    exam: Examination, score: float, unit: float, limit: float
-) -> dict[str, float]:
+def _area(exam: Examination, source: Surface, target: Surface) -> float:
+    """Area of the overlap: the mean of what both sides say."""
+    shares = exam.numbers[:, 1] / np.maximum(exam.numbers[:, 0], 1.0)
+    return float(shares @ (source.evidence.area, target.evidence.area)) / 2.0
+
+
+def _numbers(exam: Examination, score: float, unit: float) -> dict[str, float]:
     tried, matched, absolute, front, empty, disagree = exam.numbers.sum(axis=0)
     matches = max(matched, 1.0)
     return {
         'score': score,
         'residual_mr': float(absolute / matches / unit),
-        'residual_most_mr': limit,
         'overlap': float(matched / max(tried, 1.0)),
         'overlap_source': float(exam.numbers[0, 1] / max(exam.numbers[0, 0], 1.0)),
         'in_front': float(front / matches),
@@ -196,11 +212,19 @@ def stiffness(hessian: Floats, matches: float) -> float:
     return float(max(values[0], 0.0))
 
 
+def least_score(numbers: Mapping[str, float], config: VerdictConfig) -> float:
+    """Score that a pose needs: more where little surface speaks for it."""
+    if numbers['area_mr2'] <= 0:
+        return math.inf
+    return config.score_least * max(1.0, config.area_mr2 / numbers['area_mr2'])
+
+
 def _word(numbers: Mapping[str, float], config: VerdictConfig) -> tuple[Status, str]:
-    if numbers['score'] < config.score_least:
+    least = least_score(numbers, config)
+    if numbers['score'] < least:
         return Status.REFUSED, (
-            f'best score {numbers["score"]:.3f} is below {config.score_least}: no pose explains '
-            f'the data')
+            f'best score {numbers["score"]:.3f} is below {least:.3f} for an overlap of '
+            f'{numbers["area_mr2"]:.0f} mr^2: no pose explains the data')
     if numbers['residual_mr'] > numbers['residual_most_mr']:
         return Status.REFUSED, (
             f'residual {numbers["residual_mr"]:.2f} mr is above '

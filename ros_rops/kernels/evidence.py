@@ -111,6 +111,11 @@ class Evidence:
         return cls(kernel, centre, cell, reach)
 
     @property
+    def area(self) -> float:
+        """Size of the surface, in squared units of the points, to some 10 %: its cells."""
+        return float(self.kernel.sample_count) * self.cell**2
+
+    @property
     def noise(self) -> float:
         """Return the vertices' standard deviation across their surface, in the points' units."""
         return float(self.kernel.noise)

@@ -278,5 +278,5 @@ class Growth:
         return next(key for key, shape in self._shapes.items() if name in shape.members)
 
 
-def _telling(result: PairResult) -> tuple[bool, float]:
-    return result.status is Status.AMBIGUOUS, result.numbers.get('score', -1.0)
+def _telling(word: Attempt) -> float:
+    return word.numbers.get('score', -1.0)

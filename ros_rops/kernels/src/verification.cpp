@@ -172,6 +172,7 @@ void bind_verification(py::module_& m) {
              return std::make_shared<Evidence>(grow(shape, view, pose, near, reach, threads));
            })
       .def("vertices", &vertices)
+      .def_property_readonly("sample_count", [](const Evidence& e) { return e.samples.size(); })
       .def_property_readonly("vertex_count",
                              [](const Evidence& e) { return e.field.vertices.size(); })
       .def_property_readonly("noise", [](const Evidence& e) { return e.field.noise; })
