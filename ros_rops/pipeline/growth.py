@@ -278,5 +278,5 @@ class Growth:
         return next(key for key, shape in self._shapes.items() if name in shape.members)
 
 
-def _telling(word: Attempt) -> float:
+def _telling(word: PairResult) -> float:
     return word.numbers.get('score', -1.0)
