@@ -98,7 +98,7 @@ def _examined(
     ]
     refined = np.stack([exam.T_target_source for exam in exams])
     scores = final_scores(source, target, refined, unit)
-    found = [
+    return [
         _Finalist(exam.T_target_source, {
             **_numbers(exam, float(score), unit),
             'residual_most_mr': limit,
@@ -106,7 +106,6 @@ def _examined(
         })
         for exam, score in zip(exams, scores, strict=True)
     ]
-    return found
 
 
 def _rival(
