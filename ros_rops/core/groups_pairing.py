@@ -92,7 +92,7 @@ class VerdictConfig(Group):
         2.0, 'After fine registration a view is taken back whose residual exceeds this multiple '
         'of the most that a pair may have.', low=1.0, high=100.0)
     noise_factor: float = param(
-        1.5, "Residual allowed as a multiple of the views' own noise.", low=0.0, high=10.0)
+        0.8, "Residual allowed as a multiple of the views' own noise.", low=0.0, high=10.0)
     contradiction: float = param(
         0.25, 'Most that may contradict, as a share of the matched points: what stands in front '
         'of what the other side saw, and what that should have seen, weighted as in the score.',
