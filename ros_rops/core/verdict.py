@@ -89,7 +89,7 @@ class _Finalist:
 def _examined(
     source: Surface, target: Surface, poses: Floats, unit: float, limit: float
 ) -> list[_Finalist]:
-    """Refine and measure each pose; best score first."""
+    """Refine and measure each pose, in the order given."""
     exams = [
         examine(
             source.evidence, target.evidence, pose, rounds=ROUNDS, samples=SAMPLES,

@@ -6,15 +6,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from ros_rops.core.errors import KernelMissingError, ShapeError, ViewError
+from ros_rops.core.errors import ShapeError, ViewError
 from ros_rops.core.types import Bools, Floats, frozen, SensorModel
-
-try:
-    from ros_rops.kernels import _kernels
-except ImportError as error:
-    raise KernelMissingError(
-        'ros_rops.kernels is not built: run `pip install .` or '
-        '`python setup.py build_ext --inplace` in the package folder') from error
+from ros_rops.kernels import _kernels
 
 _SENSOR_KINDS = {'unknown': 0, 'orthographic': 1, 'pinhole': 2}
 

@@ -6,15 +6,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from ros_rops.core.errors import KernelMissingError, ShapeError
+from ros_rops.core.errors import ShapeError
 from ros_rops.core.types import Bools, Floats, Ints
-
-try:
-    from ros_rops.kernels import _kernels
-except ImportError as error:
-    raise KernelMissingError(
-        'ros_rops.kernels is not built: run `pip install .` or '
-        '`python setup.py build_ext --inplace` in the package folder') from error
+from ros_rops.kernels import _kernels
 
 
 class PairSums(NamedTuple):

@@ -7,15 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_rops.core.errors import KernelMissingError, ShapeError
+from ros_rops.core.errors import ShapeError
 from ros_rops.core.types import Ints
-
-try:
-    from ros_rops.kernels import _kernels
-except ImportError as error:
-    raise KernelMissingError(
-        'ros_rops.kernels is not built: run `pip install .` or '
-        '`python setup.py build_ext --inplace` in the package folder') from error
+from ros_rops.kernels import _kernels
 
 
 class Nearest(NamedTuple):

@@ -5,16 +5,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from ros_rops.core.errors import KernelMissingError
 from ros_rops.core.types import Floats, Ints
+from ros_rops.kernels import _kernels
 from ros_rops.kernels.evidence import about_centres, Evidence
-
-try:
-    from ros_rops.kernels import _kernels
-except ImportError as error:
-    raise KernelMissingError(
-        'ros_rops.kernels is not built: run `pip install .` or '
-        '`python setup.py build_ext --inplace` in the package folder') from error
 
 
 class Scores(NamedTuple):

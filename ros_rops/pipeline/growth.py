@@ -80,10 +80,9 @@ class Growth:
         keys = sorted(self._shapes)
         pairs: set[tuple[int, int]] = set()
         for key in keys:
-            others = [(min(key, k), max(key, k)) for k in keys if k != key]
+            others = [_pair(key, k) for k in keys if k != key]
             chances = self._chances_of(others, -1.0)[:self._config.growth.partners]
-            pairs.update(
-                (min(c.smaller, c.larger), max(c.smaller, c.larger)) for c in chances)
+            pairs.update(_pair(c.smaller, c.larger) for c in chances)
         return sorted(pairs)
 
     def objects(self) -> dict[int, Shape]:
@@ -149,7 +148,7 @@ class Growth:
             [k for k in others if k in self._object_ids],
             [k for k in others if k not in self._object_ids],
         ):
-            chances = self._chances_of([(min(k, key), max(k, key)) for k in group], least)
+            chances = self._chances_of([_pair(k, key) for k in group], least)
             if chances:
                 return chances[0]
         return None
@@ -178,7 +177,7 @@ class Growth:
 
     def _plausibility(self, small: int, large: int, careful: bool) -> float:
         """Look the value up or compute it; `careful` asks all features once more."""
-        pair = (min(small, large), max(small, large))
+        pair = _pair(small, large)
         if pair not in (self._careful if careful else self._chances):
             started = time.perf_counter()
             value = plausibility(
@@ -193,7 +192,7 @@ class Growth:
     def _try(self, chance: _Chance) -> int | None:
         """Register the smaller shape to the larger; return the key of what they became."""
         small, large = self._shape(chance.smaller), self._shape(chance.larger)
-        self._tried.add((min(chance.smaller, chance.larger), max(chance.smaller, chance.larger)))
+        self._tried.add(_pair(chance.smaller, chance.larger))
         result, record = attempt(
             small.surface, large.surface, self._config, threads=self._threads)
         record = replace(
@@ -276,6 +275,11 @@ class Growth:
 
     def _key_of(self, name: str) -> int:
         return next(key for key, shape in self._shapes.items() if name in shape.members)
+
+
+def _pair(a: int, b: int) -> tuple[int, int]:
+    """Name two shapes the same way, whichever comes first."""
+    return min(a, b), max(a, b)
 
 
 def _telling(word: PairResult) -> float:

@@ -4,35 +4,21 @@
 
 import numpy as np
 import pytest
+from reference.bench_sets import random_pose, turned
 from ros_rops.bench.judgement import judge, Placement, ViewTruth
-from scipy.spatial.transform import Rotation
 
 RNG = np.random.default_rng(11)
 
 
-def random_pose(scale=10.0):
-    result = np.eye(4)
-    result[:3, :3] = Rotation.random(rng=RNG).as_matrix()
-    result[:3, 3] = RNG.normal(size=3) * scale
-    return result
-
-
-def turned(T, deg, about=(0, 0, 0)):
-    turn = np.eye(4)
-    turn[:3, :3] = Rotation.from_rotvec([0, np.radians(deg), 0]).as_matrix()
-    turn[:3, 3] = np.asarray(about) - turn[:3, :3] @ about
-    return T @ turn
-
-
 def truth_of(label, count):
     return {
-        f'{label}/{k}': ViewTruth(label, random_pose(), RNG.normal(size=3) * 5, dres=0.1)
+        f'{label}/{k}': ViewTruth(label, random_pose(RNG), RNG.normal(size=3) * 5, dres=0.1)
         for k in range(count)
     }
 
 
 def placed(truth, shape, T_object_world=None):
-    T = random_pose() if T_object_world is None else T_object_world
+    T = random_pose(RNG) if T_object_world is None else T_object_world
     return {name: Placement(shape, T @ view.T_world_view) for name, view in truth.items()}
 
 
@@ -51,7 +37,7 @@ def test_the_result_does_not_depend_on_the_frame_or_the_order():
     noisy = {n: Placement('s', turned(p.T_object_view, RNG.normal(), RNG.normal(size=3)))
              for n, p in exact.items()}
     first = judge(noisy, truth)
-    frame = random_pose()
+    frame = random_pose(RNG)
     moved = {n: Placement('s', frame @ p.T_object_view) for n, p in reversed(noisy.items())}
     second = judge(moved, dict(reversed(truth.items())))
     assert first.overall.mean_rotation_deg > 0.1
