@@ -4,7 +4,7 @@
 Every parameter, once: default, bounds, unit and one sentence.
 
 YAML, ROS declarations, `--help` and the README's table are derived from the dataclasses of
-`groups_features`, `groups_pairing` and `groups_growth`. Lengths of the algorithm are in mesh
+`groups_station`, `groups_features`, `groups_pairing` and `groups_growth`. Lengths of the algorithm are in mesh
 resolutions (suffix `_mr`).
 """
 
@@ -17,19 +17,24 @@ from ros_rops.core.groups_features import KeypointConfig, LrfConfig, MeshConfig,
 from ros_rops.core.groups_growth import FineConfig, GrowthConfig
 from ros_rops.core.groups_pairing import (
     CcvConfig, EvidenceConfig, IcpConfig, MatchingConfig, PairwiseConfig, VerdictConfig)
+from ros_rops.core.groups_station import PriorConfig, SegmentationConfig, SelectionConfig
 from ros_rops.core.parameter import describe_group, ParameterInfo, Scalar
 
 __all__ = [
     'Config', 'describe', 'MeshConfig', 'KeypointConfig', 'LrfConfig', 'RopsConfig',
     'MatchingConfig', 'CcvConfig', 'IcpConfig', 'EvidenceConfig', 'PairwiseConfig',
-    'VerdictConfig', 'GrowthConfig', 'FineConfig',
+    'VerdictConfig', 'GrowthConfig', 'FineConfig', 'SegmentationConfig', 'SelectionConfig',
+    'PriorConfig',
 ]
 
 
 @dataclass(frozen=True, slots=True)
 class Config:
-    """All parameters of the engine, by group."""
+    """All parameters, by group: the station's first, then the engine's."""
 
+    selection: SelectionConfig = SelectionConfig()
+    segmentation: SegmentationConfig = SegmentationConfig()
+    prior: PriorConfig = PriorConfig()
     mesh: MeshConfig = MeshConfig()
     keypoints: KeypointConfig = KeypointConfig()
     lrf: LrfConfig = LrfConfig()

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from ros_rops.core.errors import ShapeError
 
 Floats = NDArray[np.float64]
+Floats32or64 = NDArray[np.float32] | NDArray[np.float64]
 Ints = NDArray[np.int32]
 Bools = NDArray[np.bool_]
 Bytes = NDArray[np.uint8]
@@ -79,6 +80,23 @@ class SensorModel:
 
 
 @dataclass(frozen=True, slots=True)
+class SupportPlane:
+    """
+    The plane that the object of a view stands on, in the view's frame.
+
+    Parameters
+    ----------
+    normal : (3,) tuple of float
+        Unit, towards the side on which the object stands.
+    offset : float
+        In the view's units: normal . p = offset for a point of the plane.
+    """
+
+    normal: tuple[float, float, float]
+    offset: float
+
+
+@dataclass(frozen=True, slots=True)
 class RangeView:
     """
     What one sensor pose saw.
@@ -99,6 +117,8 @@ class RangeView:
         Time of capture.
     frame_id : str
         The sensor's frame.
+    support : SupportPlane or None
+        What the object stands on, where it was seen.
 
     Raises
     ------
@@ -114,6 +134,7 @@ class RangeView:
     units: Units = 'unknown'
     stamp_ns: int | None = None
     frame_id: str = ''
+    support: SupportPlane | None = None
 
     def __post_init__(self) -> None:
         """Check shapes and make the arrays read-only."""

@@ -22,4 +22,6 @@ def in_units(view: RangeView, units: Units) -> RangeView:
     factor = _METRES[view.units] / _METRES[units]
     x, y, z = view.sensor.origin
     sensor = replace(view.sensor, origin=(x * factor, y * factor, z * factor))
-    return replace(view, points=view.points * factor, sensor=sensor, units=units)
+    support = view.support and replace(view.support, offset=view.support.offset * factor)
+    return replace(
+        view, points=view.points * factor, sensor=sensor, units=units, support=support)

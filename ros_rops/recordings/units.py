@@ -66,4 +66,6 @@ def convert(view: RangeView, units: Units) -> RangeView:
     factor = 1000.0 if units == 'mm' else 0.001
     x, y, z = view.sensor.origin
     sensor = replace(view.sensor, origin=(x * factor, y * factor, z * factor))
-    return replace(view, points=view.points * factor, sensor=sensor, units=units)
+    support = view.support and replace(view.support, offset=view.support.offset * factor)
+    return replace(
+        view, points=view.points * factor, sensor=sensor, units=units, support=support)
