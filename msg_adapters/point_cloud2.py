@@ -192,6 +192,8 @@ def encode(
     xyz: NDArray[Any],
     rgb: NDArray[np.uint8] | None = None,
     extra: Mapping[str, NDArray[Any]] | None = None,
+    *,
+    wide: bool = False,
 ) -> dict[str, Any]:
     """
     Return the values of a PointCloud2's attributes (all but `header`), little-endian.
@@ -199,11 +201,13 @@ def encode(
     Parameters
     ----------
     xyz : (H, W, 3) or (N, 3) float
-        Written as float32; NaN marks a hole.
+        NaN marks a hole.
     rgb : same shape, uint8, or None
         Written packed into a float32 `rgb`, as PCL and RViz expect it.
     extra : mapping of str to (H, W) or (N,) arrays, or None
         Further fields, each in its own type (float64 and integers of 1-4 bytes included).
+    wide : bool
+        Write x, y, z as float64; else float32, which every tool reads.
 
     Returns
     -------
@@ -219,7 +223,8 @@ def encode(
         raise ShapeError(f'xyz: expected (H, W, 3) or (N, 3), got {xyz.shape}')
     height, width = xyz.shape[:2] if xyz.ndim == 3 else (1, len(xyz))
     channels: dict[str, NDArray[Any]] = {
-        name: xyz[..., k].astype(np.float32) for k, name in enumerate('xyz')}
+        name: xyz[..., k].astype(np.float64 if wide else np.float32)
+        for k, name in enumerate('xyz')}
     if rgb is not None:
         if rgb.shape != xyz.shape or rgb.dtype != np.uint8:
             raise ShapeError(f'rgb: expected {xyz.shape} uint8, got {rgb.shape} {rgb.dtype}')

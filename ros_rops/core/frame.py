@@ -5,7 +5,7 @@
 from dataclasses import dataclass
 
 from ros_rops.core.errors import ShapeError
-from ros_rops.core.types import Bytes, Floats32or64, SensorModel, Units
+from ros_rops.core.types import Bytes, Floats32or64, RangeView, SensorModel, Units
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +34,8 @@ class Frame:
         Time of recording.
     notes : tuple of str
         What had to be assumed, one sentence each.
+    view : RangeView or None
+        The view that this is, where the recording says so: nothing is to be cut out of it.
 
     Raises
     ------
@@ -51,6 +53,7 @@ class Frame:
     topic: str = ''
     log_time_ns: int | None = None
     notes: tuple[str, ...] = ()
+    view: RangeView | None = None
 
     def __post_init__(self) -> None:
         """Check shapes."""

@@ -1,46 +1,57 @@
 # Copyright 2026 The ros_rops authors
 # SPDX-License-Identifier: Apache-2.0
 """
-The two messages that we record, as little-endian CDR.
+Clouds and transforms as little-endian CDR, with their definitions.
 
 mcap's own writer takes a quarter of a second per 100 kB of cloud (one call a byte); these take
 none. Tests decode them with mcap's decoder.
 """
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 import struct
 from typing import Any
 
 from ros_rops.core.types import Floats
 
-_HEADER = 'std_msgs/Header header\n'
-_BREAK = '=' * 80 + '\nMSG: '
-_STAMP = (
-    _BREAK + 'std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n'
-    + _BREAK + 'builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n'
+HEADER = 'std_msgs/Header header\n'
+BREAK = '=' * 80 + '\nMSG: '
+STAMP = (
+    BREAK + 'std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n'
+    + BREAK + 'builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n'
 )
 POINT_CLOUD2_SCHEMA = (
-    _HEADER
+    HEADER
     + 'uint32 height\nuint32 width\nPointField[] fields\nbool is_bigendian\nuint32 point_step\n'
     'uint32 row_step\nuint8[] data\nbool is_dense\n'
-    + _BREAK + 'sensor_msgs/PointField\n'
+    + BREAK + 'sensor_msgs/PointField\n'
     'uint8 INT8=1\nuint8 UINT8=2\nuint8 INT16=3\nuint8 UINT16=4\nuint8 INT32=5\nuint8 UINT32=6\n'
     'uint8 FLOAT32=7\nuint8 FLOAT64=8\n'
     'string name\nuint32 offset\nuint8 datatype\nuint32 count\n'
-    + _STAMP
+    + STAMP
 )
 TF_SCHEMA = (
     'geometry_msgs/TransformStamped[] transforms\n'
-    + _BREAK + 'geometry_msgs/TransformStamped\n' + _HEADER
+    + BREAK + 'geometry_msgs/TransformStamped\n' + HEADER
     + 'string child_frame_id\ngeometry_msgs/Transform transform\n'
-    + _BREAK + 'geometry_msgs/Transform\ngeometry_msgs/Vector3 translation\n'
+    + BREAK + 'geometry_msgs/Transform\ngeometry_msgs/Vector3 translation\n'
     'geometry_msgs/Quaternion rotation\n'
-    + _BREAK + 'geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n'
-    + _BREAK + 'geometry_msgs/Quaternion\nfloat64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n'
-    + _STAMP
+    + BREAK + 'geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n'
+    + BREAK + 'geometry_msgs/Quaternion\nfloat64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n'
+    + STAMP
 )
 
 
-class _Writer:
+@dataclass(frozen=True, slots=True, eq=False)
+class Transform:
+    """A transform between named frames: `T_parent_child` (4, 4), child points to the parent."""
+
+    T_parent_child: Floats
+    parent: str
+    child: str
+
+
+class MessageBytes:
     """Bytes under construction; values are aligned to their size, counted from the body."""
 
     def __init__(self) -> None:
@@ -54,14 +65,17 @@ class _Writer:
 
     def text(self, value: str) -> None:
         """Append a string: its length with the closing zero, then both."""
-        data = value.encode() + b'\0'
+        data = value.encode(errors='replace') + b'\0'
         self.put('I', len(data))
         self._body += data
 
     def header(self, stamp_ns: int, frame_id: str) -> None:
         """Append a std_msgs/Header."""
-        self.put('i', stamp_ns // 1_000_000_000)
-        self.put('I', stamp_ns % 1_000_000_000)
+        seconds, rest = divmod(stamp_ns, 1_000_000_000)
+        if not 0 <= seconds < 2**31:  # what the message cannot hold is no time
+            seconds, rest = 0, 0
+        self.put('i', seconds)
+        self.put('I', rest)
         self.text(frame_id)
 
     def octets(self, data: bytes) -> None:
@@ -76,7 +90,7 @@ class _Writer:
 
 def point_cloud2(values: dict[str, Any], stamp_ns: int, frame_id: str) -> bytes:
     """Return a PointCloud2; `values` as `msg_adapters.point_cloud2.encode` returns them."""
-    w = _Writer()
+    w = MessageBytes()
     w.header(stamp_ns, frame_id)
     w.put('I', values['height'], values['width'], len(values['fields']))
     for field in values['fields']:
@@ -91,14 +105,15 @@ def point_cloud2(values: dict[str, Any], stamp_ns: int, frame_id: str) -> bytes:
     return w.message()
 
 
-def tf_message(T_parent_child: Floats, stamp_ns: int, parent: str, child: str) -> bytes:
-    """Return a TFMessage of one transform (4, 4): child points into the parent's frame."""
+def tf_message(transforms: Sequence[Transform], stamp_ns: int) -> bytes:
+    """Return a TFMessage of the transforms, all of one time."""
     from scipy.spatial.transform import Rotation
 
-    w = _Writer()
-    w.put('I', 1)
-    w.header(stamp_ns, parent)
-    w.text(child)
-    w.put('d', *T_parent_child[:3, 3].tolist())
-    w.put('d', *Rotation.from_matrix(T_parent_child[:3, :3]).as_quat().tolist())
+    w = MessageBytes()
+    w.put('I', len(transforms))
+    for one in transforms:
+        w.header(stamp_ns, one.parent)
+        w.text(one.child)
+        w.put('d', *one.T_parent_child[:3, 3].tolist())
+        w.put('d', *Rotation.from_matrix(one.T_parent_child[:3, :3]).as_quat().tolist())
     return w.message()

@@ -14,7 +14,7 @@ import sys
 import numpy as np
 
 from ros_rops.core.types import Bytes, Floats
-from ros_rops.recordings.mcap_writer import write_mcap
+from ros_rops.recordings.mcap_files import write_mcap
 from ros_rops.recordings.procedural import mesh_of, OBJECTS
 from ros_rops.recordings.raycast import Camera
 from ros_rops.recordings.synthetic import (

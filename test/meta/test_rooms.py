@@ -11,7 +11,8 @@ import pytest
 ALLOWED = {
     'core': ('ros_rops.kernels',),
     'kernels': ('ros_rops.core.types', 'ros_rops.core.errors'),
-    'recordings': ('ros_rops.core.types', 'ros_rops.core.errors', 'msg_adapters'),
+    'recordings': (
+        'ros_rops.core.types', 'ros_rops.core.errors', 'ros_rops.core.frame', 'msg_adapters'),
     'segmentation': ('ros_rops.core',),
     'modelling': ('ros_rops.core', 'ros_rops.kernels'),
     'pipeline': ('ros_rops.core', 'ros_rops.kernels'),

@@ -15,11 +15,12 @@ import pytest
 from ros_rops.core.errors import InputError
 from ros_rops.core.types import RangeView, SensorModel
 from ros_rops.recordings import cdr
+from ros_rops.recordings.mcap_files import write_mcap
 from ros_rops.recordings.mcap_reader import count_views, read_views
-from ros_rops.recordings.mcap_writer import organized, write_mcap
 from ros_rops.recordings.reader import BadView, NotedView
 from ros_rops.recordings.sources import find_views
 from ros_rops.recordings.synthetic import Capture, look_at
+from ros_rops.recordings.view_facts import organized
 from scipy.spatial.transform import Rotation
 
 ROOT = Path(__file__).resolve().parents[2]
