@@ -25,6 +25,7 @@ SCHEMAS: dict[str, tuple[str, str]] = {
     'sensor_msgs/msg/CameraInfo': ('ros2msg', cdr_image.CAMERA_INFO_SCHEMA),
     'tf2_msgs/msg/TFMessage': ('ros2msg', cdr.TF_SCHEMA),
     SCHEMA_NAME: ('jsonschema', SCHEMA),
+    'ros_rops/IntakeEntry': ('jsonschema', '{"title": "ros_rops/IntakeEntry", "type": "object"}'),
 }
 LATCHED = """\
 - history: keep_last
@@ -57,6 +58,9 @@ class McapStream:
         disk as well: wherever such a file breaks off, at most its last message is lost.
     compressed : bool
         By zstd.
+    continued : bool
+        The stream stands behind the last whole message of a file begun before. Such a file gets
+        no index at its end; readers go through it instead.
 
     Raises
     ------
@@ -66,21 +70,25 @@ class McapStream:
 
     def __init__(
         self, stream: IO[bytes], *, name: str = 'recording', keep: Keep = 'buffered',
-        compressed: bool = True,
+        compressed: bool = True, continued: bool = False,
     ) -> None:
-        from mcap.writer import CompressionType, Writer
+        from mcap.writer import CompressionType, IndexType, Writer
 
         self._stream, self._name, self._keep = stream, name, keep
         # A chunk a message, where each must be readable by itself.
         self._writer: Any = Writer(
             stream, chunk_size=1024 * 1024 if keep == 'buffered' else 0,
-            compression=CompressionType.ZSTD if compressed else CompressionType.NONE)
+            compression=CompressionType.ZSTD if compressed else CompressionType.NONE,
+            index_types=IndexType.NONE if continued else IndexType.ALL,
+            repeat_channels=not continued, repeat_schemas=not continued,
+            use_statistics=not continued, use_summary_offsets=not continued)
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}
         self._sequence: dict[str, int] = {}
         self._latest = 0
-        with self._writing():
-            self._writer.start(profile='ros2', library='ros_rops')
+        if not continued:
+            with self._writing():
+                self._writer.start(profile='ros2', library='ros_rops')
 
     @contextmanager
     def _writing(self) -> Iterator[None]:
