@@ -4,8 +4,8 @@
 Every parameter, once: default, bounds, unit and one sentence.
 
 YAML, ROS declarations, `--help` and the README's table are derived from the dataclasses of
-`groups_station`, `groups_features`, `groups_pairing` and `groups_growth`. Lengths of the algorithm are in mesh
-resolutions (suffix `_mr`).
+`groups_station`, `groups_features`, `groups_pairing` and `groups_growth`. Lengths of the
+algorithm are in mesh resolutions (suffix `_mr`), those of the station in metres (`_m`).
 """
 
 from collections.abc import Iterator, Mapping

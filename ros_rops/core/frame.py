@@ -7,6 +7,9 @@ from dataclasses import dataclass
 from ros_rops.core.errors import ShapeError
 from ros_rops.core.types import Bytes, Floats32or64, RangeView, SensorModel, Units
 
+LARGEST = 1e15
+"""A coordinate beyond this is no measurement (uninitialised memory): a hole."""
+
 
 @dataclass(frozen=True, slots=True)
 class Frame:

@@ -16,6 +16,17 @@ class SelectionConfig(Group):
         'rest and differs from the last taken (still).', choices=('every', 'stride', 'still'))
     stride: int = param(
         10, "Take one frame of so many (method 'stride').", low=1, high=1000000)
+    still_frames: int = param(
+        3, "The scene is at rest when so many frames in a row agree (method 'still').",
+        low=2, high=1000)
+    still_s: float = param(
+        0.0, 'And when they span at least this time.', unit='s', low=0.0, high=60.0)
+    new_share: float = param(
+        0.01, 'The scene is new when this share of the measured pixels changed their depth since '
+        'the last taken frame; half of it between two frames is motion.', low=0.0005, high=0.5)
+    depth_noise: float = param(
+        0.01, 'Depths change when they differ by more than this share of the depth.',
+        low=0.0001, high=0.5)
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,8 +35,49 @@ class SegmentationConfig(Group):
 
     when: str = param(
         'auto', 'Segment frames that are organized and measured to their border, as raw ones of '
-        'a depth sensor are (auto), all frames (always), or none (never).',
+        'a depth sensor are (auto), all frames (always), or none (never). The limits of depth, '
+        'the box and the background act on all frames unless it is never.',
         choices=('auto', 'always', 'never'))
+    near_m: float = param(
+        0.0, 'Drop what is nearer to the sensor: along the optical axis of a camera, straight for '
+        'others.', unit='m', low=0.0, high=1e6)
+    far_m: float = param(
+        1e6, 'Drop what is farther from the sensor.', unit='m', low=0.0, high=1e6)
+    box_frame: str = param(
+        '', "The crop box's frame; empty for the sensor's, else found by TF at the frame's time.")
+    box_low_x_m: float = param(
+        -1e6, 'Drop what lies outside of the crop box.', unit='m', low=-1e6, high=1e6)
+    box_high_x_m: float = param(1e6, 'As box_low_x_m.', unit='m', low=-1e6, high=1e6)
+    box_low_y_m: float = param(-1e6, 'As box_low_x_m.', unit='m', low=-1e6, high=1e6)
+    box_high_y_m: float = param(1e6, 'As box_low_x_m.', unit='m', low=-1e6, high=1e6)
+    box_low_z_m: float = param(-1e6, 'As box_low_x_m.', unit='m', low=-1e6, high=1e6)
+    box_high_z_m: float = param(1e6, 'As box_low_x_m.', unit='m', low=-1e6, high=1e6)
+    background_m: float = param(
+        0.005, 'What is not nearer than the background frame by this is background: at 1 m, with '
+        'the depth below and its square beyond; of unorganized frames, what lies within this.',
+        unit='m', low=0.0, high=10.0)
+    plane: bool = param(
+        True, 'Find the plane that the object stands on, and take it away.')
+    plane_least_share: float = param(
+        0.05, 'A plane holds at least this share of the measured points.', low=0.001, high=1.0)
+    plane_band: float = param(
+        4.0, 'A point belongs to the plane within so many standard deviations of the noise that '
+        'is measured on it; the foot of an object is followed down to a quarter of that.',
+        low=1.0, high=20.0)
+    objects: str = param(
+        'all', 'Make a view of every object of a frame, the largest first (all), of the largest, '
+        'or of the nearest to the sensor.', choices=('all', 'largest', 'nearest'))
+    gap_m: float = param(
+        0.01, 'Parts that stand on the plane closer together than this are one object.',
+        unit='m', low=0.0, high=10.0)
+    least_points: int = param(
+        500, 'What has fewer points is no object but a speck.', low=1, high=1000000000)
+    edge_deg: float = param(
+        80.0, 'Surfaces seen flatter than this from their normal are depth edges: they part '
+        'objects, and points that hang between are dropped.', unit='deg', low=45.0, high=89.9)
+    most_points: int = param(
+        0, 'Reduce a view of more points to about this number by averaging neighbours; 0 for '
+        'no limit.', low=0, high=1000000000)
 
 
 @dataclass(frozen=True, slots=True)

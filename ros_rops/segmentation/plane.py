@@ -1,0 +1,232 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The supporting plane: found among the patches, refined on the points.
+
+Deterministic: the planes of evenly chosen patches are tried on all patches, the best is refined,
+its patches are set aside, and so on. The supporting plane is the largest on which something
+stands: patches rise from it within its own extent, which keeps walls behind the scene out.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from ros_rops.core.types import Bools, Floats
+from ros_rops.segmentation.footprint import Footprint, footprint_of
+from ros_rops.segmentation.patches import Patches
+from ros_rops.segmentation.scan import Image, Scan
+
+SEEDS = 200
+"""Patches whose planes are tried, at most."""
+PLANES = 4
+"""Planes looked for in a frame, at most."""
+TOLERANCE = 0.008
+"""A patch is of a plane within this share of its depth ..."""
+LEAST_COSINE = float(np.cos(np.deg2rad(15.0)))
+"""... and when its normal is the plane's within 15 degrees."""
+LEAST_FOOT = 2
+"""So many patches that rise from a plane are something that stands on it."""
+FLOOR = 1e-4
+"""Least noise assumed, as a share of the depth: rounding and small waves of the plane."""
+GAUSS = 1.4826
+"""Standard deviation over the median absolute one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Plane:
+    """normal . p = offset, the normal (3,) unit and towards the sensor."""
+
+    normal: Floats
+    offset: float
+
+
+@dataclass(frozen=True, slots=True)
+class Noise:
+    """Standard deviation of the distances from the plane: base + growth * depth^2."""
+
+    base: float
+    growth: float
+
+    def at(self, depth: Image) -> Image:
+        """Return the standard deviation at each depth, never below `FLOOR` of it."""
+        base, growth, floor = (depth.dtype.type(v) for v in (self.base, self.growth, FLOOR))
+        result: Image = np.maximum(base + growth * depth * depth, floor * depth)
+        return result
+
+
+@dataclass(frozen=True, slots=True)
+class Support:
+    """
+    A supporting plane.
+
+    Parameters
+    ----------
+    plane : Plane
+    noise : Noise
+    extent : Footprint
+    middle : (3,) float64
+        Of the points it was fitted to.
+    inliers : int
+        Points it was fitted to.
+    spread : float
+        Their root mean square distance from it.
+    patch : float
+        Size of the patches it was found on.
+    carries : bool
+        Whether something seems to stand on it.
+    """
+
+    plane: Plane
+    noise: Noise
+    extent: Footprint
+    middle: Floats
+    inliers: int
+    spread: float
+    patch: float
+    carries: bool
+
+    @property
+    def margin(self) -> float:
+        """How far within the extent a point must lie to be over the plane."""
+        return 2 * self.patch
+
+
+def find_support(
+    scan: Scan, patches: Patches, usable: Bools, least_share: float
+) -> Support | None:
+    """
+    Return the supporting plane of a frame, None where there is no plane.
+
+    Parameters
+    ----------
+    scan : Scan
+    patches : Patches
+        Of the usable points.
+    usable : (N,) bool
+    least_share : float
+        Least share of the patched points that a plane holds.
+    """
+    candidates = _planes(patches, least_share)
+    if not candidates:
+        return None
+    chosen = next((item for item in candidates if _carries(patches, *item)), None)
+    plane, members = chosen or candidates[0]
+    near = np.append(members, False)[patches.owner] & usable
+    patch = float(np.median(patches.size[members]))
+    return _refined(scan, plane, np.flatnonzero(near), patch, chosen is not None)
+
+
+def _heights(patches: Patches, plane: Plane) -> Floats:
+    heights: Floats = (patches.centres * plane.normal).sum(axis=1) - plane.offset
+    return heights
+
+
+def _planes(patches: Patches, least_share: float) -> list[tuple[Plane, Bools]]:
+    """Return planes with their patches, in the order they are found: the largest first."""
+    known = (patches.normals != 0).any(axis=1)
+    least = least_share * patches.weights.sum()
+    free = known.copy()
+    found = []
+    for _ in range(PLANES):
+        if patches.weights[free].sum() < least or not free.any():
+            break
+        plane = _refit(patches, _best_seed(patches, free), free)
+        members = free & _of_plane(patches, plane)
+        if patches.weights[members].sum() < max(least, 1.0) or np.count_nonzero(members) < 3:
+            break
+        found.append((plane, members))
+        free &= ~members
+    return found
+
+
+def _of_plane(patches: Patches, plane: Plane, share: float = TOLERANCE) -> Bools:
+    close = np.abs(_heights(patches, plane)) <= share * patches.depth
+    members: Bools = close & ((patches.normals * plane.normal).sum(axis=1) >= LEAST_COSINE)
+    return members
+
+
+def _best_seed(patches: Patches, free: Bools) -> Plane:
+    """Return the plane of the patch that most others lie on."""
+    which = np.flatnonzero(free)
+    seeds = which[np.linspace(0, len(which) - 1, min(SEEDS, len(which))).astype(np.int64)]
+    centres, normals = patches.centres[which].T, patches.normals[which].T
+    # Spelled out: a BLAS product may round differently with another number of threads.
+    a, b, c = (patches.normals[seeds, k, None] for k in range(3))
+    offsets = (patches.centres[seeds] * patches.normals[seeds]).sum(axis=1)
+    heights = a * centres[0] + b * centres[1] + c * centres[2] - offsets[:, None]
+    cosines = a * normals[0] + b * normals[1] + c * normals[2]
+    fits = (np.abs(heights) <= TOLERANCE * patches.depth[which]) & (cosines >= LEAST_COSINE)
+    best = int(np.argmax((fits * patches.weights[which]).sum(axis=1)))
+    return Plane(patches.normals[seeds[best]], float(offsets[best]))
+
+
+def _refit(patches: Patches, plane: Plane, free: Bools) -> Plane:
+    for share in (TOLERANCE, TOLERANCE, TOLERANCE / 2, TOLERANCE / 2):
+        members = free & _of_plane(patches, plane, share)
+        if np.count_nonzero(members) < 3:
+            return plane
+        plane = fit(patches.centres[members], patches.weights[members], plane)
+    return plane
+
+
+def fit(points: Floats, weights: Floats | None, before: Plane) -> Plane:
+    """Return the plane of least squares through points (M, 3), its normal as that of `before`."""
+    weights = np.ones(len(points)) if weights is None else weights
+    total = weights.sum()
+    middle = np.array([(weights * points[:, k]).sum() for k in range(3)]) / total
+    off = points - middle
+    spread = np.array([
+        [(weights * off[:, i] * off[:, j]).sum() for j in range(3)] for i in range(3)])
+    normal = np.linalg.eigh(spread)[1][:, 0]
+    if normal @ before.normal < 0:
+        normal = -normal
+    return Plane(normal, float(normal @ middle))
+
+
+def _carries(patches: Patches, plane: Plane, members: Bools) -> bool:
+    """Return whether patches rise from the plane well within its extent."""
+    heights = _heights(patches, plane)
+    size = float(np.median(patches.size[members]))
+    extent = footprint_of(patches.centres[members], plane.normal, 0.0)
+    foot = (heights > TOLERANCE * patches.depth) & (heights < 3 * size) & (patches.weights > 0)
+    foot &= (patches.normals != 0).any(axis=1)
+    return int(np.count_nonzero(extent.holds(patches.centres[foot], 2 * size))) >= LEAST_FOOT
+
+
+def _refined(
+    scan: Scan, plane: Plane, near: NDArray, patch: float, carries: bool
+) -> Support:
+    """Fit the plane to its points, three rounds, the noise measured anew in each."""
+    points, depth = scan.take(near), scan.depth[near]
+    limit = TOLERANCE * depth
+    noise = Noise(0.0, 0.0)
+    inside = np.ones(len(points), bool)
+    for _ in range(3):
+        heights = (points * plane.normal).sum(axis=1) - plane.offset
+        inside = np.abs(heights) <= limit
+        if np.count_nonzero(inside) < 3:
+            break
+        plane = fit(points[inside], None, plane)
+        heights = (points * plane.normal).sum(axis=1) - plane.offset
+        noise = measure_noise(np.abs(heights[inside]), depth[inside])
+        limit = 3 * noise.at(depth)
+    heights = (points[inside] * plane.normal).sum(axis=1) - plane.offset
+    spread = float(np.sqrt((heights**2).mean())) if len(heights) else 0.0
+    # Patches at its rim have no normal: they took no part, yet are of the plane.
+    extent = footprint_of(points[inside], plane.normal, 0.001).wider(patch)
+    return Support(
+        plane, noise, extent, points[inside].mean(axis=0), int(inside.sum()), spread, patch,
+        carries)
+
+
+def measure_noise(off: Floats, depth: Image) -> Noise:
+    """Return the noise of distances `off` from a plane, as it grows with the depth."""
+    near, far = np.quantile(depth, [0.25, 0.75]).astype(np.float64)
+    low = GAUSS * float(np.median(off[depth <= near]))
+    high = GAUSS * float(np.median(off[depth >= far]))
+    a, b = float(np.mean(depth[depth <= near]**2)), float(np.mean(depth[depth >= far]**2))
+    if high <= low or b <= 1.05 * a:
+        return Noise(max(low, high) if high > low else (low + high) / 2, 0.0)
+    growth = min((high - low) / (b - a), low / a)
+    return Noise(low - growth * a, growth)

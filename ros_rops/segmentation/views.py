@@ -1,0 +1,45 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""The points kept of a frame as range views."""
+
+import numpy as np
+from numpy.typing import NDArray
+from ros_rops.core.frame import Frame
+from ros_rops.core.types import Bytes, Ints, RangeView, SensorModel, SupportPlane
+from ros_rops.segmentation.reduce import reduce_view
+
+
+def make_view(
+    frame: Frame, name: str, kept: NDArray[np.bool_], sensor: SensorModel,
+    support: SupportPlane | None, most_points: int,
+) -> RangeView:
+    """
+    Return the kept points of a frame as a view, the grid cropped to them.
+
+    Parameters
+    ----------
+    frame : Frame
+    name : str
+    kept : (H, W) or (N,) bool
+    sensor : SensorModel
+    support : SupportPlane or None
+    most_points : int
+        More are reduced to about this number; 0 for no limit.
+    """
+    points = frame.points[kept].astype(np.float64)
+    colors: Bytes | None = None if frame.colors is None else frame.colors[kept]
+    view = RangeView(
+        name, points, _grid(kept) if frame.organized else None, sensor, colors, frame.units,
+        frame.stamp_ns, frame.frame_id, support)
+    return reduce_view(view, most_points) if 0 < most_points < len(points) else view
+
+
+def _grid(kept: NDArray[np.bool_]) -> Ints:
+    """Return the index of each kept pixel within their bounding box, -1 elsewhere."""
+    rows, columns = np.flatnonzero(kept.any(axis=1)), np.flatnonzero(kept.any(axis=0))
+    if not len(rows):
+        return np.zeros((0, 0), np.int32)
+    box = kept[rows[0]:rows[-1] + 1, columns[0]:columns[-1] + 1]
+    grid = np.full(box.shape, -1, np.int32)
+    grid[box] = np.arange(np.count_nonzero(box), dtype=np.int32)
+    return grid
