@@ -10,15 +10,20 @@ cloud lies at v * row_step + u * point_step: rows may be padded, fields come in 
 import array
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+import sys
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from msg_adapters.attributes import attribute, octets, whole
 from ros_rops.core.errors import InputError, ShapeError
+from ros_rops.core.types import Floats32or64
 
+KIND = 'PointCloud2'
 DATATYPES = {1: 'i1', 2: 'u1', 3: 'i2', 4: 'u2', 5: 'i4', 6: 'u4', 7: 'f4', 8: 'f8'}
 CODES = {kind: code for code, kind in DATATYPES.items()}
+NATIVE = '<' if sys.byteorder == 'little' else '>'
 PACKED = frozenset({5, 6, 7})
 """Types whose four bytes may hold a packed colour."""
 
@@ -45,7 +50,7 @@ class Layout:
     fields: dict[str, Field]
 
 
-def decode(message: Any) -> tuple[NDArray[np.float64], NDArray[np.uint8] | None]:
+def decode(message: Any) -> tuple[Floats32or64, NDArray[np.uint8] | None]:
     """
     Return the points, and the colours if there are any, of a PointCloud2.
 
@@ -57,8 +62,9 @@ def decode(message: Any) -> tuple[NDArray[np.float64], NDArray[np.uint8] | None]
 
     Returns
     -------
-    xyz : (H, W, 3) or (N, 3) float64
-        Organized if `height` > 1; holes are NaN, as in the message.
+    xyz : (H, W, 3) or (N, 3), float32 if x, y and z are all float32, else float64
+        Organized if `height` > 1; holes are as in the message. Not a copy, and read-only, where
+        the message holds nothing but x, y, z in this order.
     rgb : (H, W, 3) or (N, 3) uint8, or None
         From a packed `rgb` / `rgba` (float32 or uint32), or `r`, `g`, `b` bytes.
 
@@ -67,56 +73,47 @@ def decode(message: Any) -> tuple[NDArray[np.float64], NDArray[np.uint8] | None]
     InputError
         If x, y or z is missing or sizes, offsets and the data contradict each other.
     """
-    data = _bytes(_attribute(message, 'data'))
+    data = octets(message, KIND)
     layout = _layout(message, len(data))
     shape = (layout.height, layout.width) if layout.height > 1 else (layout.width,)
-    xyz = np.empty((layout.height, layout.width, 3))
-    for k, name in enumerate('xyz'):
-        if name not in layout.fields:
-            raise InputError(f'PointCloud2 has no field {name!r}')
-        xyz[..., k] = _channel(data, layout, layout.fields[name])
+    xyz = _points(data, layout)
     rgb = _colors(data, layout)
     return xyz.reshape(*shape, 3), None if rgb is None else rgb.reshape(*shape, 3)
 
 
-def _attribute(message: Any, name: str) -> Any:
-    try:
-        return getattr(message, name)
-    except AttributeError:
-        raise InputError(f'message has no attribute {name!r}: no PointCloud2') from None
+def _points(data: memoryview, layout: Layout) -> Floats32or64:
+    """Return the (H, W, 3) coordinates."""
+    for name in 'xyz':
+        if name not in layout.fields:
+            raise InputError(f'PointCloud2 has no field {name!r}')
+    x, y, z = (layout.fields[name] for name in 'xyz')
+    single = {field.datatype for field in (x, y, z)} == {CODES['f4']}
+    if not layout.width:
+        return np.empty((layout.height, 0, 3), np.float32 if single else np.float64)
+    together = single and layout.order == NATIVE and (
+        y.offset, z.offset) == (x.offset + 4, x.offset + 8)
+    if together:
+        return _together(data, layout, x.offset)
+    xyz = np.empty((layout.height, layout.width, 3), np.float32 if single else np.float64)
+    for k, field in enumerate((x, y, z)):
+        xyz[..., k] = _channel(data, layout, field)
+    return xyz
 
 
-def _whole(owner: Any, name: str) -> int:
-    value = _attribute(owner, name)
-    try:
-        whole = int(value)
-    except (TypeError, ValueError, OverflowError):
-        raise InputError(f'PointCloud2: {name} is {value!r}, no whole number') from None
-    if not 0 <= whole < 2**32:
-        raise InputError(f'PointCloud2: {name} is {whole}')
-    return whole
-
-
-def _bytes(data: Any) -> memoryview:
-    if isinstance(data, np.ndarray):
-        data = np.ascontiguousarray(data)
-    try:
-        view = memoryview(data)
-    except TypeError:
-        try:
-            view = memoryview(bytes(data))
-        except (TypeError, ValueError):
-            raise InputError('PointCloud2: data is no sequence of bytes') from None
-    try:
-        return view.cast('B')
-    except (TypeError, ValueError):
-        raise InputError('PointCloud2: data is no contiguous run of bytes') from None
+def _together(data: memoryview, layout: Layout, offset: int) -> NDArray[np.float32]:
+    """Return x, y, z that lie side by side, each point copied as one item of twelve bytes."""
+    points: NDArray[Any] = np.ndarray(
+        (layout.height, layout.width), 'V12', data, offset,
+        (layout.row_step, layout.point_step))
+    xyz = np.ascontiguousarray(points).view(np.float32)
+    aligned = xyz if xyz.flags.aligned else xyz.copy()
+    return aligned.reshape(layout.height, layout.width, 3)
 
 
 def _layout(message: Any, size: int) -> Layout:
-    height, width = _whole(message, 'height'), _whole(message, 'width')
-    point_step, row_step = _whole(message, 'point_step'), _whole(message, 'row_step')
-    order = '>' if _attribute(message, 'is_bigendian') else '<'
+    height, width = whole(message, 'height', KIND), whole(message, 'width', KIND)
+    point_step, row_step = whole(message, 'point_step', KIND), whole(message, 'row_step', KIND)
+    order = '>' if attribute(message, 'is_bigendian', KIND) else '<'
     if height == 0 or width == 0:
         height, width = min(height, 1), 0
     row = width * point_step
@@ -136,13 +133,13 @@ def _layout(message: Any, size: int) -> Layout:
 def _fields(message: Any, point_step: int) -> dict[str, Field]:
     fields = {}
     try:
-        listed = list(_attribute(message, 'fields'))
+        listed = list(attribute(message, 'fields', KIND))
     except TypeError:
         raise InputError('PointCloud2: fields is no sequence') from None
     for item in listed:
-        name = str(_attribute(item, 'name'))
-        code = _whole(item, 'datatype')
-        field = Field(name, _whole(item, 'offset'), code, max(_whole(item, 'count'), 1))
+        name = str(attribute(item, 'name', KIND))
+        code = whole(item, 'datatype', KIND)
+        field = Field(name, whole(item, 'offset', KIND), code, max(whole(item, 'count', KIND), 1))
         if code not in DATATYPES:
             if name in ('x', 'y', 'z'):
                 raise InputError(f'PointCloud2: field {name!r} has unknown datatype {code}')
@@ -156,15 +153,13 @@ def _fields(message: Any, point_step: int) -> dict[str, Field]:
     return fields
 
 
-def _channel(
-    data: memoryview, layout: Layout, field: Field, kind: str | None = None
-) -> NDArray[Any]:
+def _channel(data: memoryview, layout: Layout, field: Field) -> NDArray[Any]:
     """Return the (H, W) view of one field's first value, without a copy."""
     if not layout.width:
         return np.zeros((layout.height, 0))
     return np.ndarray(
         (layout.height, layout.width),
-        layout.order + (kind or DATATYPES[field.datatype]),
+        layout.order + DATATYPES[field.datatype],
         data,
         field.offset,
         (layout.row_step, layout.point_step),
@@ -172,20 +167,25 @@ def _channel(
 
 
 def _colors(data: memoryview, layout: Layout) -> NDArray[np.uint8] | None:
+    offsets = _color_offsets(layout)
+    if offsets is None:
+        return None
     rgb = np.empty((layout.height, layout.width, 3), np.uint8)
+    for k, offset in enumerate(offsets):
+        rgb[..., k] = _channel(data, layout, Field('', offset, CODES['u1']))
+    return rgb
+
+
+def _color_offsets(layout: Layout) -> tuple[int, ...] | None:
+    """Return where in a point its red, green and blue bytes are, if anywhere."""
     packed = layout.fields.get('rgb', layout.fields.get('rgba'))
     if packed is not None and packed.datatype in PACKED:
-        bits = _channel(data, layout, packed, 'u4').astype(np.uint32)
-        for k, shift in enumerate((16, 8, 0)):
-            rgb[..., k] = bits >> shift & 0xFF
-        return rgb
+        # The number is alpha, red, green, blue from its highest byte down.
+        return tuple(packed.offset + (k if layout.order == '<' else 3 - k) for k in (2, 1, 0))
     single = [layout.fields.get(name) for name in 'rgb']
-    if any(field is None or field.datatype != CODES['u1'] for field in single):
-        return None
-    for k, field in enumerate(single):
-        if field is not None:
-            rgb[..., k] = _channel(data, layout, field)
-    return rgb
+    offsets = tuple(
+        field.offset for field in single if field is not None and field.datatype == CODES['u1'])
+    return offsets if len(offsets) == 3 else None
 
 
 def encode(

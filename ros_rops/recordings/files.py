@@ -11,7 +11,7 @@ from ros_rops.core.errors import InputError
 
 TEXT_SUFFIXES = frozenset({'.xyz', '.txt', '.csv', '.asc'})
 VIEW_SUFFIXES = TEXT_SUFFIXES | {'.ply', '.pcd', '.npz'}
-RECORDING_SUFFIXES = frozenset({'.mcap'})
+RECORDING_SUFFIXES = frozenset({'.mcap', '.bag', '.db3', '.mcap.zstd', '.db3.zstd'})
 
 
 def kind_of(path: Path) -> str | None:
@@ -21,6 +21,11 @@ def kind_of(path: Path) -> str | None:
         suffixes = suffixes[:-1]
     kind = suffixes[-1] if suffixes else ''
     return kind if kind in VIEW_SUFFIXES else None
+
+
+def is_recording(path: Path) -> bool:
+    """Tell by its name whether a file is a recording."""
+    return path.name.lower().endswith(tuple(RECORDING_SUFFIXES))
 
 
 def read_bytes(path: Path) -> bytes:

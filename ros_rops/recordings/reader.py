@@ -8,7 +8,7 @@ import os
 from pathlib import Path
 
 from ros_rops.core.errors import InputError
-from ros_rops.core.types import Floats, Ints, RangeView
+from ros_rops.core.types import Floats, Ints, RangeView, SensorModel
 from ros_rops.recordings import npz, obj, pcd, ply, text
 from ros_rops.recordings.cloud import Cloud, drop_holes, FormatError
 from ros_rops.recordings.files import kind_of, read_bytes, TEXT_SUFFIXES, VIEW_SUFFIXES
@@ -102,9 +102,20 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[Floats, Ints]:
         raise InputError(f'{path}: {error}') from None
 
 
-def finish(name: str, cloud: Cloud, *, units: str = 'auto', sensor: str = 'auto') -> NotedView:
+def finish(
+    name: str, cloud: Cloud, *, units: str = 'auto', sensor: str | SensorModel = 'auto'
+) -> NotedView:
     """
     Make a view of what a parser found: holes dropped, units and sensor resolved.
+
+    Parameters
+    ----------
+    name : str
+    cloud : Cloud
+    units : str
+        As for `read_view`.
+    sensor : str or SensorModel
+        As for `read_view`, or known.
 
     Raises
     ------
@@ -113,7 +124,8 @@ def finish(name: str, cloud: Cloud, *, units: str = 'auto', sensor: str = 'auto'
     """
     clean = drop_holes(cloud)
     known_units, about_units = resolve_units(clean.points, units)
-    model, about_sensor = resolve_sensor(clean.points, clean.grid, sensor)
+    model, about_sensor = (sensor, '') if isinstance(sensor, SensorModel) else resolve_sensor(
+        clean.points, clean.grid, sensor)
     view = RangeView(name, clean.points, clean.grid, model, clean.colors, known_units)
     notes = (*clean.notes, about_units, about_sensor)
     return NotedView(view, tuple(note for note in notes if note))

@@ -9,10 +9,12 @@ import os
 from pathlib import Path
 
 from ros_rops.core.errors import InputError
-from ros_rops.recordings import mcap_reader
+from ros_rops.core.frame import Frame
 from ros_rops.recordings.dataset import list_files
-from ros_rops.recordings.files import kind_of, RECORDING_SUFFIXES, VIEW_SUFFIXES
+from ros_rops.recordings.files import is_recording, kind_of, RECORDING_SUFFIXES, VIEW_SUFFIXES
+from ros_rops.recordings.frames import count_frames, frame_view, read_frames
 from ros_rops.recordings.reader import BadView, NotedView, read_view_noted
+from ros_rops.recordings.rosbag_folder import is_rosbag_folder
 
 Outcome = NotedView | BadView
 
@@ -48,9 +50,18 @@ class ViewFile:
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """One MCAP recording that holds any number of views."""
+    """
+    A recording (.mcap, .bag, .db3, or a rosbag2 folder) that holds any number of views.
+
+    Parameters
+    ----------
+    path : Path
+    topics : tuple of str
+        Whose frames to read; none: as `read_frames` chooses.
+    """
 
     path: Path
+    topics: tuple[str, ...] = ()
 
     def count(self) -> int:
         """
@@ -61,14 +72,19 @@ class Recording:
         InputError
             If the file is no recording.
         """
-        return mcap_reader.count_views(self.path)
+        return count_frames(self.path, self.topics)
 
-    def views(self, *, units: str = 'auto', sensor: str = 'auto') -> Iterator[Outcome]:
-        """Yield the views; a `BadView` for each that cannot be read, or for the whole file."""
+    def frames(self, *, units: str = 'auto', sensor: str = 'auto') -> Iterator[Frame | BadView]:
+        """Yield the frames; a `BadView` for each that cannot be read, or for the whole file."""
         try:
-            yield from mcap_reader.read_views(self.path, units=units, sensor=sensor)
+            yield from read_frames(self.path, topics=self.topics, units=units, sensor=sensor)
         except InputError as error:
             yield BadView(self.path.name, str(error))
+
+    def views(self, *, units: str = 'auto', sensor: str = 'auto') -> Iterator[Outcome]:
+        """Yield each frame's measured points as a view, nothing segmented, as `frames` does."""
+        for frame in self.frames(units=units, sensor=sensor):
+            yield frame if isinstance(frame, BadView) else frame_view(frame)
 
 
 ViewSource = ViewFile | Recording
@@ -81,7 +97,8 @@ def find_views(inputs: Sequence[str | os.PathLike[str]]) -> list[ViewSource]:
     Parameters
     ----------
     inputs : sequence of paths
-        Folders (with or without `views/` inside), view files, recordings (.mcap).
+        Folders (with or without `views/` inside), view files, recordings (.mcap, .bag, .db3, or
+        a rosbag2 folder).
 
     Returns
     -------
@@ -100,7 +117,7 @@ def find_views(inputs: Sequence[str | os.PathLike[str]]) -> list[ViewSource]:
     unique = list({path.resolve(): path for path in paths}.values())
     names = _distinct_names(unique)
     return [
-        Recording(path) if _is_recording(path) else ViewFile(path, name)
+        Recording(path) if is_recording(path) or is_rosbag_folder(path) else ViewFile(path, name)
         for path, name in zip(unique, names, strict=True)
     ]
 
@@ -118,27 +135,23 @@ def _distinct_names(paths: Sequence[Path]) -> list[str]:
     return names if distinct else [str(path) for path in paths]
 
 
-def _is_recording(path: Path) -> bool:
-    return path.suffix.lower() in RECORDING_SUFFIXES
-
-
 def _expand(path: Path) -> list[Path]:
     try:
         is_folder, exists = path.is_dir(), path.exists()
     except OSError as error:
         raise InputError(f'{path}: cannot be read ({error.strerror or error})') from None
     if is_folder:
-        return _expand_folder(path)
+        return [path] if is_rosbag_folder(path) else _expand_folder(path)
     if not exists:
         raise InputError(f'{path}: no such file or folder')
-    if kind_of(path) is None and not _is_recording(path):
+    if kind_of(path) is None and not is_recording(path):
         known = ', '.join(sorted(VIEW_SUFFIXES | RECORDING_SUFFIXES))
         raise InputError(f'{path}: no view file, its suffix is none of {known}')
     return [path]
 
 
 def _expand_folder(folder: Path) -> list[Path]:
-    found = [path for path in list_files(folder) if kind_of(path) or _is_recording(path)]
+    found = [path for path in list_files(folder) if kind_of(path) or is_recording(path)]
     if not found:
         raise InputError(f'{folder}: holds no view file and no recording')
     return found

@@ -16,6 +16,7 @@ KEYS = {
     'diagnostic_msgs': 'diagnostic_msgs',
     'geometry_msgs': 'geometry_msgs',
     'hypothesis': 'python3-hypothesis',
+    'lz4': 'python3-lz4',
     'matplotlib': 'python3-matplotlib',
     'mcap': None,
     'mcap_ros2': None,
@@ -24,12 +25,14 @@ KEYS = {
     'pybind11': 'pybind11-dev',
     'pytest': 'python3-pytest',
     'rclpy': 'rclpy',
+    'rosbags': None,
     'scipy': 'python3-scipy',
     'sensor_msgs': 'sensor_msgs',
     'setuptools': 'python3-setuptools',
     'std_msgs': 'std_msgs',
     'visualization_msgs': 'visualization_msgs',
     'yaml': 'python3-yaml',
+    'zstandard': None,
 }
 # Import name -> name on the package index, where they differ.
 INDEX_NAMES = {'mcap_ros2': 'mcap-ros2-support', 'yaml': 'pyyaml'}

@@ -1,0 +1,124 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""A depth image, its CameraInfo and its colour image, brought together from a stream."""
+
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from ros_rops.core.errors import InputError
+from ros_rops.recordings.messages import Decoder, header, RawMessage
+from ros_rops.recordings.topics import CLOUD, IMAGE, INFO, Plan
+
+WAIT_NS = 200_000_000
+"""A depth image waits so long, in log time, for the messages that belong to it."""
+LONGEST_QUEUE = 8
+"""Frames that wait at a time, whatever the time."""
+
+
+@dataclass(slots=True)
+class Entry:
+    """
+    A message that makes a frame, and what belongs to it.
+
+    Parameters
+    ----------
+    raw : RawMessage
+    message : object or None
+        Decoded; None if that failed.
+    fault : str
+        Why it failed.
+    stamp_ns : int
+    frame_id : str
+    info, color : object or None
+        Of a depth image.
+    """
+
+    raw: RawMessage
+    message: Any = None
+    fault: str = ''
+    stamp_ns: int = 0
+    frame_id: str = ''
+    info: Any = None
+    color: Any = None
+
+
+class Pairing:
+    """
+    A short queue of frames in the order of the recording.
+
+    Parameters
+    ----------
+    plan : Plan
+    decoder : Decoder
+    infos : dict of str
+        By topic, the first CameraInfo of the recording: used until one has been seen.
+    """
+
+    def __init__(self, plan: Plan, decoder: Decoder, infos: dict[str, Any]) -> None:
+        self._plan, self._decoder = plan, decoder
+        self._queue: deque[Entry] = deque()
+        self._last_info = dict(infos)
+        self._recent: dict[str, dict[int, Any]] = {}
+        self._now = 0
+
+    def add(self, raw: RawMessage) -> Iterator[Entry]:
+        """Take a message, yield the frames that need not wait any longer."""
+        self._now = raw.log_time_ns
+        topic, kind = raw.channel.topic, raw.channel.type
+        if (kind == CLOUD and topic in self._plan.clouds) or (
+                kind == IMAGE and topic in self._plan.depths):
+            self._queue.append(self._decoded(raw))
+        elif kind in (INFO, IMAGE):
+            self._note(raw)
+        while self._queue and self._is_ready(self._queue[0]):
+            yield self._matched(self._queue.popleft())
+
+    def rest(self) -> Iterator[Entry]:
+        """Yield what still waits, at the end of the stream."""
+        while self._queue:
+            yield self._matched(self._queue.popleft())
+
+    def _decoded(self, raw: RawMessage) -> Entry:
+        try:
+            message = self._decoder.decode(raw)
+            return Entry(raw, message, '', *header(message))
+        except InputError as error:
+            return Entry(raw, fault=str(error))
+
+    def _note(self, raw: RawMessage) -> None:
+        topic = raw.channel.topic
+        try:
+            message = self._decoder.decode(raw)
+            stamp, _ = header(message)
+        except InputError:
+            return  # as good as not there: the depth image will say that it lacks it
+        if raw.channel.type == INFO:
+            self._last_info[topic] = message
+        recent = self._recent.setdefault(topic, {})
+        recent[stamp] = message
+        while len(recent) > LONGEST_QUEUE:
+            del recent[next(iter(recent))]
+
+    def _is_ready(self, entry: Entry) -> bool:
+        if entry.fault or entry.raw.channel.type == CLOUD:
+            return True
+        if len(self._queue) > LONGEST_QUEUE:
+            return True
+        if abs(self._now - entry.raw.log_time_ns) > WAIT_NS:
+            return True
+        topic = entry.raw.channel.topic
+        awaited = (self._plan.infos.get(topic), self._plan.colors.get(topic))
+        return all(
+            other is None or entry.stamp_ns in self._recent.get(other, ()) for other in awaited)
+
+    def _matched(self, entry: Entry) -> Entry:
+        topic = entry.raw.channel.topic
+        if topic not in self._plan.depths or entry.fault:
+            return entry
+        info = self._plan.infos.get(topic, '')
+        entry.info = self._recent.get(info, {}).get(entry.stamp_ns, self._last_info.get(info))
+        color = self._plan.colors.get(topic, '')
+        entry.color = self._recent.get(color, {}).get(entry.stamp_ns)
+        return entry
