@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import sys
 from typing import Any
 
+from msg_adapters.attributes import attribute, octets, whole
 import numpy as np
 from numpy.typing import NDArray
 
-from msg_adapters.attributes import attribute, octets, whole
 from ros_rops.core.errors import InputError, ShapeError
 from ros_rops.core.types import Floats32or64
 

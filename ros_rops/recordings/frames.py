@@ -22,6 +22,7 @@ from ros_rops.recordings.sensor import resolve_sensor
 from ros_rops.recordings.storage import open_storage
 from ros_rops.recordings.topics import choose, CLOUD, Plan
 from ros_rops.recordings.units import resolve_units
+from ros_rops.recordings.view_facts import ViewFacts, with_facts
 
 
 def read_frames(
@@ -59,7 +60,7 @@ def read_frames(
     with open_storage(path) as storage:
         decoder = Decoder()
         plan = _chosen(path, storage, topics, decoder)
-        maker = _Maker(plan, 'mm' if units == 'mm' else 'm', sensor)
+        maker = _Maker(plan, units, sensor)
         pairing = Pairing(plan, decoder, _first_infos(storage, plan, decoder))
         cuts = []
         for item in storage.messages(plan.topics):
@@ -89,6 +90,8 @@ def count_frames(path: Path, topics: Sequence[str] = ()) -> int:
 
 def frame_view(frame: Frame) -> NotedView:
     """Return all measured points of a frame as a view, nothing segmented."""
+    if frame.view is not None:
+        return NotedView(frame.view, tuple(f'{frame.name}: {note}' for note in frame.notes))
     grid = full_grid(*frame.points.shape[:2]) if frame.organized else None
     colors = None if frame.colors is None else frame.colors.reshape(-1, 3)
     points = frame.points.reshape(-1, 3).astype(np.float64)
@@ -123,8 +126,10 @@ def _first_infos(storage: Storage, plan: Plan, decoder: Decoder) -> dict[str, An
 class _Maker:
     """Makes frames of messages; knows what came before."""
 
-    def __init__(self, plan: Plan, units: Units, sensor: str) -> None:
-        self._plan, self._units, self._sensor = plan, units, sensor
+    def __init__(self, plan: Plan, units: str, sensor: str) -> None:
+        self._plan, self._sensor = plan, sensor
+        self._units: Units = 'mm' if units == 'mm' else 'm'
+        self._stated_units = units != 'auto'
         self._used: dict[str, int] = {}
         self._stamps: dict[str, int] = {}
         self._notes = plan.notes
@@ -132,19 +137,34 @@ class _Maker:
     def outcome(self, entry: Entry) -> Frame | BadView:
         """Return the frame, or why there is none."""
         channel, time = entry.raw.channel, entry.raw.log_time_ns
-        name = self._unique(f'{channel.topic}@{time}')
+        name = self._unique(entry.facts.name if entry.facts else f'{channel.topic}@{time}')
         try:
             if entry.fault:
                 raise InputError(entry.fault)
             points, colors, sensor, notes = (
-                self._cloud(entry) if channel.type == CLOUD else self._depth(entry))
+                self._cloud(entry) if channel.kind == CLOUD else self._depth(entry))
+            frame = Frame(
+                name, points, colors, sensor, self._units, entry.stamp_ns, entry.frame_id,
+                channel.topic, time)
+            if entry.facts:
+                frame = self._with_facts(frame, entry.facts)
         except InputError as error:
             return BadView(name, f'{name}: {error}')
-        notes = (*self._notes, *notes, *self._order(channel.topic, entry.stamp_ns))
+        notes = (
+            *self._notes, *frame.notes, *notes, *self._order(channel.topic, entry.stamp_ns))
         self._notes = ()
-        return Frame(
-            name, points, colors, sensor, self._units, entry.stamp_ns, entry.frame_id,
-            channel.topic, time, notes)
+        return replace(frame, notes=notes)
+
+    def _with_facts(self, frame: Frame, facts: ViewFacts) -> Frame:
+        """Return what was written, but for what the caller states otherwise."""
+        written = with_facts(frame, replace(facts, name=frame.name))
+        stated: dict[str, Any] = {}
+        if self._stated_units:
+            stated['units'] = self._units
+        if self._sensor != 'auto':
+            stated['sensor'] = frame.sensor
+        view = written.view and replace(written.view, **stated)
+        return replace(written, view=view, **stated)
 
     def cut(self, path: Path, cut: Cut) -> BadView:
         """Return the place where the recording breaks off."""

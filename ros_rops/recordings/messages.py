@@ -25,7 +25,7 @@ class Channel:
     Parameters
     ----------
     topic : str
-    type : str
+    kind : str
         As ROS 2 spells it, `sensor_msgs/msg/PointCloud2`.
     encoding : str
         Of the messages: 'cdr' or 'ros1'; anything else is not read.
@@ -37,7 +37,7 @@ class Channel:
     """
 
     topic: str
-    type: str
+    kind: str
     encoding: str
     schema_encoding: str = ''
     definition: str = ''
@@ -95,7 +95,7 @@ class Decoder:
         if raw.fault:
             raise InputError(raw.fault)
         channel = raw.channel
-        key = (channel.type, channel.encoding, channel.definition)
+        key = (channel.kind, channel.encoding, channel.definition)
         try:
             if key not in self._made:
                 self._made[key] = _decoder(channel)
@@ -121,21 +121,21 @@ def _decoder(channel: Channel) -> Callable[[memoryview], Any]:
         jazzy = channel.encoding == 'cdr'
         store = get_typestore(Stores.ROS2_JAZZY if jazzy else Stores.ROS1_NOETIC)
     read = store.deserialize_cdr if channel.encoding == 'cdr' else store.deserialize_ros1
-    return lambda data: read(data, channel.type)
+    return lambda data: read(data, channel.kind)
 
 
 def _types(channel: Channel) -> Any:
     from rosbags.typesys import get_types_from_idl, get_types_from_msg
 
     if len(channel.definition) > LARGEST_DEFINITION:
-        raise InputError(f'the definition of {channel.type} has {len(channel.definition)} '
+        raise InputError(f'the definition of {channel.kind} has {len(channel.definition)} '
                          'characters')
     if channel.schema_encoding == 'ros2idl':
         return get_types_from_idl(channel.definition)
-    types = get_types_from_msg(channel.definition, channel.type)
+    types = get_types_from_msg(channel.definition, channel.kind)
     # A list of messages without a byte would be as long as its first four bytes say.
     if channel.encoding == 'ros1' and not all(fields for _, fields in types.values()):
-        raise InputError(f'the definition of {channel.type} holds a message without fields')
+        raise InputError(f'the definition of {channel.kind} holds a message without fields')
     return types
 
 

@@ -10,6 +10,7 @@ from typing import Any
 from ros_rops.core.errors import InputError
 from ros_rops.recordings.messages import Decoder, header, RawMessage
 from ros_rops.recordings.topics import CLOUD, IMAGE, INFO, Plan
+from ros_rops.recordings.view_facts import decode_facts, FACTS_TOPIC, ViewFacts
 
 WAIT_NS = 200_000_000
 """A depth image waits so long, in log time, for the messages that belong to it."""
@@ -33,6 +34,8 @@ class Entry:
     frame_id : str
     info, color : object or None
         Of a depth image.
+    facts : ViewFacts or None
+        What this package wrote of the frame beside the message.
     """
 
     raw: RawMessage
@@ -42,6 +45,7 @@ class Entry:
     frame_id: str = ''
     info: Any = None
     color: Any = None
+    facts: ViewFacts | None = None
 
 
 class Pairing:
@@ -61,17 +65,20 @@ class Pairing:
         self._queue: deque[Entry] = deque()
         self._last_info = dict(infos)
         self._recent: dict[str, dict[int, Any]] = {}
+        self._facts: dict[str, tuple[int, ViewFacts]] = {}
         self._now = 0
 
     def add(self, raw: RawMessage) -> Iterator[Entry]:
         """Take a message, yield the frames that need not wait any longer."""
         self._now = raw.log_time_ns
-        topic, kind = raw.channel.topic, raw.channel.type
+        topic, kind = raw.channel.topic, raw.channel.kind
         if (kind == CLOUD and topic in self._plan.clouds) or (
                 kind == IMAGE and topic in self._plan.depths):
             self._queue.append(self._decoded(raw))
         elif kind in (INFO, IMAGE):
             self._note(raw)
+        elif topic == FACTS_TOPIC:
+            self._note_facts(raw)
         while self._queue and self._is_ready(self._queue[0]):
             yield self._matched(self._queue.popleft())
 
@@ -81,11 +88,21 @@ class Pairing:
             yield self._matched(self._queue.popleft())
 
     def _decoded(self, raw: RawMessage) -> Entry:
+        time, facts = self._facts.pop(raw.channel.topic, (None, None))
         try:
             message = self._decoder.decode(raw)
-            return Entry(raw, message, '', *header(message))
+            stamp_ns, frame_id = header(message)
         except InputError as error:
             return Entry(raw, fault=str(error))
+        return Entry(raw, message, '', stamp_ns, frame_id,
+                     facts=facts if time == raw.log_time_ns else None)
+
+    def _note_facts(self, raw: RawMessage) -> None:
+        try:
+            facts = decode_facts(bytes(raw.data))
+        except InputError:
+            return  # the message is then read as any other recorder's
+        self._facts[facts.topic] = (raw.log_time_ns, facts)
 
     def _note(self, raw: RawMessage) -> None:
         topic = raw.channel.topic
@@ -94,7 +111,7 @@ class Pairing:
             stamp, _ = header(message)
         except InputError:
             return  # as good as not there: the depth image will say that it lacks it
-        if raw.channel.type == INFO:
+        if raw.channel.kind == INFO:
             self._last_info[topic] = message
         recent = self._recent.setdefault(topic, {})
         recent[stamp] = message
@@ -102,7 +119,7 @@ class Pairing:
             del recent[next(iter(recent))]
 
     def _is_ready(self, entry: Entry) -> bool:
-        if entry.fault or entry.raw.channel.type == CLOUD:
+        if entry.fault or entry.raw.channel.kind == CLOUD:
             return True
         if len(self._queue) > LONGEST_QUEUE:
             return True

@@ -46,7 +46,7 @@ def storage_files(folder: Path) -> tuple[list[Path], bool]:
 
 
 def _stated(path: Path) -> tuple[list[str], bool]:
-    """Return the names of the files, none if the metadata is no use, and if messages are packed."""
+    """Return the names of the files, none if it does not tell, and whether messages are packed."""
     import yaml
 
     try:
@@ -81,7 +81,7 @@ class Joined:
         found: dict[tuple[str, str], Channel] = {}
         for _, storage in self._storages:
             for channel in [] if isinstance(storage, InputError) else storage.channels():
-                key = (channel.topic, channel.type)
+                key = (channel.topic, channel.kind)
                 before = found.get(key, replace(channel, count=0))
                 count = None if None in (before.count, channel.count) else (
                     (before.count or 0) + (channel.count or 0))

@@ -99,7 +99,7 @@ class Ros1Bag:
             if isinstance(raw, RawMessage):
                 counts[raw.channel] = counts.get(raw.channel, 0) + 1
         return [
-            Channel(c.topic, c.type, c.encoding, c.schema_encoding, c.definition, count)
+            Channel(c.topic, c.kind, c.encoding, c.schema_encoding, c.definition, count)
             for c, count in counts.items()]
 
     def _in_sequence(self, topics: frozenset[str] | None) -> Iterator[RawMessage | Cut]:

@@ -54,7 +54,7 @@ class SqliteFile:
             if not isinstance(row, Cut) and row[0] in counts:
                 counts[row[0]] += 1
         return [
-            Channel(c.topic, c.type, c.encoding, c.schema_encoding, c.definition, counts[number])
+            Channel(c.topic, c.kind, c.encoding, c.schema_encoding, c.definition, counts[number])
             for number, c in self._channels.items()]
 
     def messages(self, topics: frozenset[str]) -> Iterator[RawMessage | Cut]:
@@ -79,7 +79,7 @@ class SqliteFile:
             yield cut
 
     def _scan(self, columns: str, where: str) -> Iterator[tuple[int, ...] | Cut]:
-        """Yield rows of the messages as far as they can be read; last a `Cut` if not to the end."""
+        """Yield rows of the messages as far as they go; last a `Cut` if not to the end."""
         query = f'SELECT {columns} FROM messages NOT INDEXED {where}'
         try:
             with closing(self._connection.execute(query)) as rows:

@@ -10,6 +10,7 @@ from msg_adapters.depth_image import COLORS, DEPTHS
 
 from ros_rops.core.errors import InputError
 from ros_rops.recordings.messages import Channel, Cut, Decoder, header, Storage
+from ros_rops.recordings.view_facts import FACTS_TOPIC
 
 CLOUD = 'sensor_msgs/msg/PointCloud2'
 IMAGE = 'sensor_msgs/msg/Image'
@@ -33,6 +34,8 @@ class Plan:
         Frames in all; None if the recording does not tell.
     notes : tuple of str
         What was decided, one sentence each.
+    facts : frozenset of str
+        The topic of `view_facts`, if the recording has it.
     """
 
     clouds: frozenset[str]
@@ -41,6 +44,7 @@ class Plan:
     colors: dict[str, str] = field(default_factory=dict)
     count: int | None = 0
     notes: tuple[str, ...] = ()
+    facts: frozenset[str] = frozenset()
 
     @property
     def frames(self) -> frozenset[str]:
@@ -50,7 +54,7 @@ class Plan:
     @property
     def topics(self) -> frozenset[str]:
         """All topics that must be read."""
-        return self.frames | {*self.infos.values(), *self.colors.values()}
+        return self.frames | self.facts | {*self.infos.values(), *self.colors.values()}
 
 
 def choose(storage: Storage, named: Sequence[str], decoder: Decoder) -> Plan:
@@ -65,29 +69,31 @@ def choose(storage: Storage, named: Sequence[str], decoder: Decoder) -> Plan:
     channels = storage.channels()
     frames = [_named(topic, channels) for topic in dict.fromkeys(named)]
     if not named:
-        frames = [c for c in channels if c.type == CLOUD and c.count != 0]
-    clouds = frozenset(c.topic for c in frames if c.type == CLOUD)
+        frames = [c for c in channels if c.kind == CLOUD and c.count != 0]
+    clouds = frozenset(c.topic for c in frames if c.kind == CLOUD)
     images: dict[str, Any] = {}
     if not clouds or len(clouds) < len({c.topic for c in frames}):
         images = _first_images(storage, channels, decoder)
-    depths = [c.topic for c in frames if c.type == IMAGE]
+    depths = [c.topic for c in frames if c.kind == IMAGE]
     if not named and not clouds:
         depths = [topic for topic, image in images.items() if _is_depth(topic, image)]
     if not (clouds or depths):
         raise InputError(_nothing(storage, channels))
     wanted = {(topic, CLOUD) for topic in clouds} | {(topic, IMAGE) for topic in depths}
-    counts = [c.count for c in channels if (c.topic, c.type) in wanted]
+    counts = [c.count for c in channels if (c.topic, c.kind) in wanted]
     colors = {topic: color for topic in depths if (color := _color_of(topic, images))}
     return Plan(
         clouds, frozenset(depths),
         {topic: info for topic in depths if (info := _info_of(topic, channels))}, colors,
         None if None in counts else sum(count or 0 for count in counts),
-        () if named or not clouds else tuple(_unused(channels)))
+        () if named or not clouds else tuple(_unused(channels)),
+        frozenset(
+            c.topic for c in channels if c.topic == FACTS_TOPIC and c.encoding == 'json'))
 
 
 def holds(channels: Sequence[Channel]) -> str:
     """Return the topics and their types in words."""
-    listed = sorted({f'{c.topic} ({c.type or "no type"})' for c in channels if c.count != 0})
+    listed = sorted({f'{c.topic} ({c.kind or "no type"})' for c in channels if c.count != 0})
     return f'it holds {", ".join(listed)}' if listed else 'it holds no message'
 
 
@@ -96,17 +102,17 @@ def _named(topic: str, channels: Sequence[Channel]) -> Channel:
     if not found:
         raise InputError(f'topics: there is no {topic!r} in the recording; {holds(channels)}')
     for channel in found:
-        if channel.type in (CLOUD, IMAGE):
+        if channel.kind in (CLOUD, IMAGE):
             return channel
-    raise InputError(f'topics: {topic!r} is of type {found[0].type!r}, neither {CLOUD} nor a depth '
-                     f'{IMAGE}; {holds(channels)}')
+    raise InputError(f'topics: {topic!r} is of type {found[0].kind!r}, neither {CLOUD} nor a '
+                     f'depth {IMAGE}; {holds(channels)}')
 
 
 def _first_images(
     storage: Storage, channels: Sequence[Channel], decoder: Decoder
 ) -> dict[str, Any]:
     """Return the first image of each image topic that can be decoded."""
-    missing = {c.topic for c in channels if c.type == IMAGE and c.count != 0}
+    missing = {c.topic for c in channels if c.kind == IMAGE and c.count != 0}
     order = [c.topic for c in channels if c.topic in missing]
     found: dict[str, Any] = {}
     for raw in storage.messages(frozenset(missing)) if missing else ():
@@ -129,7 +135,7 @@ def _is_depth(topic: str, image: Any) -> bool:
 
 def _info_of(topic: str, channels: Sequence[Channel]) -> str | None:
     """Return the CameraInfo topic beside an image topic, or the only one there is."""
-    infos = list(dict.fromkeys(c.topic for c in channels if c.type == INFO and c.count != 0))
+    infos = list(dict.fromkeys(c.topic for c in channels if c.kind == INFO and c.count != 0))
     beside = topic.rpartition('/')[0] + '/camera_info'
     if beside in infos:
         return beside
@@ -159,7 +165,7 @@ def _same_camera(depth: Any, image: Any) -> bool:
 def _unused(channels: Sequence[Channel]) -> list[str]:
     topics = sorted({
         c.topic for c in channels
-        if c.type == IMAGE and c.count != 0 and 'depth' in c.topic.lower()})
+        if c.kind == IMAGE and c.count != 0 and 'depth' in c.topic.lower()})
     return [f'depth images on {topic} not read, since the recording holds point clouds (name the '
             'topic to read them)' for topic in topics]
 
