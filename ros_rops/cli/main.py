@@ -21,6 +21,7 @@ VERBS = {
     'register': 'register range views into one model per object',
     'evaluate': 'judge a run against reference poses',
     'explain': 'tell where the correspondences of a run were lost, stage by stage',
+    'simulate': 'capture meshes by a simulated depth camera, with exact poses',
     'bench': 'measure recall, errors and times on data sets',
     'demo': 'register the recording that ships with the package, and judge it',
     'doctor': 'check this machine and installation',

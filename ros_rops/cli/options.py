@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from ros_rops.core.config import Config, describe
+from ros_rops.core.errors import InputError
 from ros_rops.pipeline.parameters import load_config, parse_assignments
 
 
@@ -56,3 +57,17 @@ def _threads(text: str) -> int:
     if count < 0:
         raise argparse.ArgumentTypeError(f'{count} is below 0')
     return count
+
+
+def refuse_existing(force: bool, *paths: Path) -> None:
+    """
+    Refuse to overwrite, unless told to.
+
+    Raises
+    ------
+    InputError
+        If one of the paths exists and `force` is not set.
+    """
+    for path in paths:
+        if path.exists() and not force:
+            raise InputError(f'{path}: exists already (--force overwrites it)')

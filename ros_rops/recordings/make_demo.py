@@ -13,12 +13,13 @@ import sys
 
 import numpy as np
 
-from ros_rops.core.types import Bytes, Floats
+from ros_rops.recordings.depth_noise import DepthNoise
 from ros_rops.recordings.mcap_files import write_mcap
 from ros_rops.recordings.procedural import mesh_of, OBJECTS
 from ros_rops.recordings.raycast import Camera
+from ros_rops.recordings.simulate_models import paint
 from ros_rops.recordings.synthetic import (
-    Capture, DepthNoise, hand_held_poses, Model, render_view)
+    Capture, hand_held_poses, Model, render_view)
 from ros_rops.recordings.writers import write_poses
 
 SEED = 20261122
@@ -36,15 +37,8 @@ def demo_models() -> list[Model]:
     models = []
     for name, make in OBJECTS.items():
         vertices, faces = mesh_of(make())
-        models.append(Model(vertices, faces, _paint(vertices, TINTS[name]), name))
+        models.append(Model(vertices, faces, paint(vertices, TINTS[name]), name))
     return models
-
-
-def _paint(vertices: Floats, tint: tuple[int, int, int]) -> Bytes:
-    """Return a tint with broad stripes, so that colour can be seen to be kept."""
-    stripe = 0.85 + 0.15 * np.sign(np.sin(vertices @ np.array([190.0, 110.0, 60.0])))
-    colors: Bytes = np.rint(stripe[:, None] * np.array(tint)).astype(np.uint8)
-    return colors
 
 
 def demo_captures(models: Sequence[Model]) -> list[Capture]:

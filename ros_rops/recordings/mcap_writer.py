@@ -181,9 +181,15 @@ class McapStream:
             Also the log time.
         """
         encoding = '16UC1' if depth.dtype == np.uint16 else '32FC1'
-        self.add(info_topic, 'sensor_msgs/msg/CameraInfo',
-                 cdr_image.camera_info(camera, stamp_ns, frame_id), stamp_ns)
+        self.add_camera_info(camera, topic=info_topic, stamp_ns=stamp_ns, frame_id=frame_id)
         self.add_image(depth, encoding, topic=topic, stamp_ns=stamp_ns, frame_id=frame_id)
+
+    def add_camera_info(
+        self, camera: Camera, *, topic: str, stamp_ns: int, frame_id: str
+    ) -> None:
+        """Add a CameraInfo."""
+        self.add(topic, 'sensor_msgs/msg/CameraInfo',
+                 cdr_image.camera_info(camera, stamp_ns, frame_id), stamp_ns)
 
     def add_image(
         self, pixels: NDArray[Any], encoding: str, *, topic: str, stamp_ns: int, frame_id: str

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ros_rops.core.errors import InputError
 from ros_rops.core.types import Floats, Ints, RangeView, SensorModel
-from ros_rops.recordings import npz, obj, pcd, ply, text
+from ros_rops.recordings import npz, obj, pcd, ply, stl, text
 from ros_rops.recordings.cloud import Cloud, drop_holes, FormatError
 from ros_rops.recordings.files import kind_of, read_bytes, TEXT_SUFFIXES, VIEW_SUFFIXES
 from ros_rops.recordings.poses import stated_units
@@ -86,7 +86,7 @@ def read_view_noted(
 
 def read_mesh(path: str | os.PathLike[str]) -> tuple[Floats, Ints]:
     """
-    Read a triangle model from a PLY or OBJ file: vertices (N, 3) and faces (F, 3).
+    Read a triangle model from a PLY, OBJ or STL file: vertices (N, 3) and faces (F, 3).
 
     Raises
     ------
@@ -94,7 +94,8 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[Floats, Ints]:
         As `read_view`, and if the file has no triangles or other faces too.
     """
     path = Path(path)
-    parse = obj.parse_mesh if path.suffix.lower() == '.obj' else ply.parse_mesh
+    parsers = {'.obj': obj.parse_mesh, '.stl': stl.parse_mesh}
+    parse = parsers.get(path.suffix.lower(), ply.parse_mesh)
     data = read_bytes(path)
     try:
         return parse(data)

@@ -5,41 +5,14 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ros_rops.core.errors import ParameterError
 from ros_rops.core.types import Bytes, Floats, Ints, RangeView, SensorModel, Units
 from ros_rops.recordings.cloud import Cloud, drop_holes, full_grid
+from ros_rops.recordings.depth_noise import cosines, DepthNoise, disturb
 from ros_rops.recordings.raycast import Camera, cast
 
 GOLDEN = np.pi * (3.0 - np.sqrt(5.0))
-
-
-@dataclass(frozen=True, slots=True)
-class DepthNoise:
-    """
-    Errors of a depth camera; the defaults resemble a stereo camera at arm's length.
-
-    Parameters
-    ----------
-    axial : float
-        Standard deviation of the depth is this times its square (1 / unit of length).
-    quantum : float
-        Step of the depth is this times its square (1 / unit of length).
-    grazing_deg : float
-        Pixels seen at more than this angle from the surface's normal are missing.
-    edge : float
-        Pixels whose depth jumps by more than this share to a neighbour are missing, every
-        other one on average.
-    lost : float
-        Share of the other pixels that are missing.
-    """
-
-    axial: float = 0.002
-    quantum: float = 0.001
-    grazing_deg: float = 78.0
-    edge: float = 0.02
-    lost: float = 0.005
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +85,7 @@ def render_view(
     depth, face = cast(local, model.faces, camera)
     rays = camera.rays()
     if noise is not None and rng is not None:
-        depth = _disturb(depth, face, local, model.faces, rays, noise, rng)
+        depth = disturb(depth, cosines(face, local, model.faces, rays), noise, rng)
     if noise_mr and rng is not None:
         sigma = noise_mr * resolution_of(depth[..., None] * rays)
         along = rng.normal(0.0, sigma, depth.shape)
@@ -124,35 +97,6 @@ def render_view(
     view = RangeView(
         name, cloud.points, cloud.grid, SensorModel('pinhole'), cloud.colors, model.units)
     return Capture(view, T_world_view, model.name)
-
-
-def _disturb(
-    depth: Floats, face: Ints, local: Floats, faces: Ints, rays: Floats,
-    noise: DepthNoise, rng: np.random.Generator,
-) -> Floats:
-    lost = rng.random(depth.shape) < noise.lost
-    lost |= _jumps(depth, noise.edge) & (rng.random(depth.shape) < 0.5)
-    corners = local[faces[face]]
-    normals = np.cross(corners[..., 1, :] - corners[..., 0, :],
-                       corners[..., 2, :] - corners[..., 0, :])
-    length = np.linalg.norm(normals, axis=-1) * np.linalg.norm(rays, axis=-1)
-    cosine = np.abs((normals * rays).sum(axis=-1)) / np.where(length > 0, length, 1.0)
-    lost |= cosine < np.cos(np.deg2rad(noise.grazing_deg))
-    noisy = depth + rng.normal(0.0, 1.0, depth.shape) * noise.axial * depth**2
-    step = noise.quantum * np.nanmedian(depth) ** 2 if (face >= 0).any() else 0.0
-    if step > 0:
-        noisy = np.rint(noisy / step) * step
-    return np.where(lost, np.nan, noisy)
-
-
-def _jumps(depth: Floats, share: float) -> NDArray[np.bool_]:
-    """Return which pixels have a neighbour at a much different depth, or none."""
-    padded = np.pad(depth, 1, constant_values=np.nan)
-    result = np.zeros(depth.shape, dtype=bool)
-    for dv, du in ((0, 1), (2, 1), (1, 0), (1, 2)):
-        other = padded[dv:dv + depth.shape[0], du:du + depth.shape[1]]
-        result |= ~(np.abs(other - depth) <= share * depth)
-    return result
 
 
 def resolution_of(organized: Floats) -> float:

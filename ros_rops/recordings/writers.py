@@ -101,6 +101,7 @@ def write_poses(
     units: str,
     reference: str = 'exact',
     objects: Mapping[str, str] | None = None,
+    centres: Mapping[str, Floats] | None = None,
     note: str = '',
 ) -> None:
     """
@@ -115,6 +116,8 @@ def write_poses(
     reference : {'published', 'derived', 'exact'}
     objects : mapping of str to str, or None
         The object that each view shows.
+    centres : mapping of str to (3,) float64, or None
+        Where the views show several objects at once: the middle of each, in the world.
     note : str
         Where the poses come from.
 
@@ -128,6 +131,8 @@ def write_poses(
         content['note'] = note
     if objects:
         content['objects'] = dict(objects)
+    if centres:
+        content['centres'] = {name: centre.tolist() for name, centre in centres.items()}
     content['T_world_view'] = {name: T.tolist() for name, T in T_world_view.items()}
     _write(path, (json.dumps(content, indent=1) + '\n').encode())
 

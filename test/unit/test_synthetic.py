@@ -8,13 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from ros_rops.core.errors import ParameterError
+from ros_rops.recordings.depth_noise import DepthNoise
 from ros_rops.recordings.make_demo import demo_captures, demo_models, TOPIC
 from ros_rops.recordings.poses import read_poses
 from ros_rops.recordings.procedural import EXTENT_M, mesh_of, OBJECTS
 from ros_rops.recordings.raycast import Camera, cast
 from ros_rops.recordings.sources import find_views
 from ros_rops.recordings.synthetic import (
-    DepthNoise, look_at, Model, render_view, resolution_of, synthetic_views)
+    look_at, Model, render_view, resolution_of, synthetic_views)
 from ros_rops.recordings.view_facts import organized
 
 BAGS = Path(__file__).resolve().parents[2] / 'bags'
