@@ -107,20 +107,20 @@ def _objects(
     numbers = found.numbers
     parts = look_at_parts(
         scan, numbers, found.count, heights, band, support, step, labels)
-    objects, lost, hovering = group_parts(parts, config.gap_m * scan.scale)
+    plane = scan.image(labels == Label.PLANE) if scan.shape else None
+    objects, lost = group_parts(parts, config.gap_m * scan.scale, plane)
     table = np.zeros(found.count + 1, np.int32)
     fate = np.zeros(found.count + 1, np.uint8)
-    fate[[part.number for part in lost]] = Label.NOT_STANDING
-    next_number = 1
-    for group in objects:
-        members = [part.number for part in group]
-        if sum(part.size for part in group) < config.least_points:
-            fate[members] = Label.SPECK
-            continue
-        table[members] = next_number
-        next_number += 1
+    for part in lost:
+        fate[list(part.numbers)] = Label.NOT_STANDING
+    for part in objects:
+        if part.size < config.least_points:
+            fate[list(part.numbers)] = Label.SPECK
+        else:
+            table[list(part.numbers)] = table.max() + 1
     dropped: Bools = fate[numbers] > 0
     labels[dropped] = fate[numbers[dropped]]
     result: Ints = table[numbers]
-    notes = ('nothing touches the plane: what hovers over it was taken',) if hovering else ()
-    return result, notes
+    if parts and not any(part.stands for part in parts):
+        return result, ('nothing touches the plane: what hovers over it was taken',)
+    return result, ()

@@ -76,7 +76,7 @@ def footprint_of(points: Floats, normal: Floats, trimmed: float) -> Footprint:
     first = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
     first /= np.linalg.norm(first)
     axes = np.stack([first, np.cross(normal, first)])
-    thin = points[::max(1, len(points) // 20_000)]
+    thin = points[::max(1, len(points) // 5_000)]
     u, v = ((thin * axis).sum(axis=1) for axis in axes)
     beyond = int(trimmed * len(thin))
     limits = [

@@ -1,10 +1,12 @@
 # Copyright 2026 The ros_rops authors
 # SPDX-License-Identifier: Apache-2.0
 """
-Which connected parts make an object: those that stand on the plane, and what hovers near them.
+Which connected parts make an object: those that stand on the plane, and what belongs to them.
 
-A part hovers where its foot is hidden or its neck is: a head before a body. It belongs to the
-nearest part that stands, if it is no farther from it than that one is large.
+A part hovers where its foot is hidden: a head before a body. It belongs to the nearest part that
+stands, if it is no farther from it than that one is large. A small part that stands close to a
+much larger one, with nothing of the plane to be seen between, is a piece of it too: a leg whose
+upper end is hidden.
 """
 
 from dataclasses import dataclass
@@ -19,18 +21,40 @@ from scipy.spatial import cKDTree
 
 FRAGMENT = 20
 """A part of fewer points is a speck, even near an object."""
+LOW = 3.0
+"""A part that rises no higher than so many bands of the plane's noise is a wave of the plane."""
 MOST_PARTS = 256
 """The largest parts that are looked at; the others are specks."""
 SAMPLE = 1500
 """Points of a part that tell its place and its distance from others."""
+PIECE = 0.2
+"""A piece has at most this share of the points of the part that it belongs to ..."""
+NEAR = 0.5
+"""... and is nearer than this share of that one's size."""
 
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """A connected part: its number, its points, a sample of them, and how it stands."""
+    """
+    A connected part, or several that were found to be one object.
 
-    number: int
+    Parameters
+    ----------
+    numbers : tuple of int
+        The connected parts'.
+    size : int
+        Points.
+    index : (S,) int
+        Points of the frame that tell its place.
+    sample : (S, 3) float64
+        Where these are.
+    stands : bool
+        Whether it reaches down to the plane.
+    """
+
+    numbers: tuple[int, ...]
     size: int
+    index: NDArray
     sample: Floats
     stands: bool
 
@@ -39,44 +63,80 @@ class Part:
         """Diagonal of the bounding box."""
         return float(np.linalg.norm(np.ptp(self.sample, axis=0)))
 
+    def joined(self, other: 'Part') -> 'Part':
+        """Return both as one."""
+        return Part(
+            self.numbers + other.numbers, self.size + other.size,
+            np.concatenate([self.index, other.index]),
+            np.concatenate([self.sample, other.sample]), self.stands or other.stands)
 
-def group_parts(parts: list[Part], gap: float) -> tuple[list[list[Part]], list[Part], bool]:
+
+def group_parts(
+    parts: list[Part], gap: float, plane: NDArray | None
+) -> tuple[list[Part], list[Part]]:
     """
-    Return objects as lists of parts, the parts that are of none, and whether all hover.
+    Return the objects, each as one part, and the parts that are of none.
 
     Parameters
     ----------
     parts : list of Part
+        If none stands, those near one another are objects.
     gap : float
         Standing parts closer than this are one object.
+    plane : (H, W) bool or None
+        Where the plane is seen, for an organized frame.
     """
-    standing = [part for part in parts if part.stands]
-    hovering = bool(parts) and not standing
-    roots = standing or parts
-    floating = [part for part in parts if not part.stands] if standing else []
-    group = list(range(len(roots)))
-    for i, first in enumerate(roots):
-        for j in range(i):
-            near = max(first.extent, roots[j].extent) if hovering else gap
-            if group[i] != group[j] and distance(first, roots[j]) <= near:
-                group = [group[j] if one == group[i] else one for one in group]
-    objects: dict[int, list[Part]] = {}
-    for part, one in zip(roots, group, strict=True):
-        objects.setdefault(one, []).append(part)
-    lost = []
-    for part in floating:
-        apart = [distance(part, root) for root in roots]
+    roots = [part for part in parts if part.stands]
+    hovering = [part for part in parts if not part.stands]
+    if not roots:
+        return _merged(hovering, gap, plane), []
+    objects, lost = list(roots), []
+    for part in hovering:
+        apart = [_apart(part.sample, root.sample) for root in roots]
         best = int(np.argmin(apart))
         if apart[best] <= roots[best].extent:
-            objects[group[best]].append(part)
+            objects[best] = objects[best].joined(part)
         else:
             lost.append(part)
-    return list(objects.values()), lost, hovering
+    return _merged(objects, gap, plane), lost
 
 
-def distance(first: Part, second: Part) -> float:
-    """Return the least distance between the samples of two parts."""
-    return float(cKDTree(first.sample).query(second.sample)[0].min())
+def _merged(objects: list[Part], gap: float, plane: NDArray | None) -> list[Part]:
+    """Join objects until no two of them are one."""
+    for j, second in enumerate(objects):
+        for i, first in enumerate(objects[:j]):
+            if _one_object(first, second, gap, plane):
+                rest = [part for k, part in enumerate(objects) if k not in (i, j)]
+                return _merged([first.joined(second), *rest], gap, plane)
+    return objects
+
+
+def _one_object(first: Part, second: Part, gap: float, plane: NDArray | None) -> bool:
+    small, large = sorted((first, second), key=lambda part: part.size)
+    apart = _apart(small.sample, large.sample)
+    if not small.stands and not large.stands:
+        return apart <= large.extent
+    if apart <= gap:
+        return True
+    piece = small.size <= PIECE * large.size and apart <= NEAR * large.extent
+    return piece and plane is not None and not _seen_between(plane, small, large)
+
+
+def _apart(first: Floats, second: Floats) -> float:
+    """Return the least distance between two sets of points."""
+    return float(cKDTree(second).query(first)[0].min())
+
+
+def _seen_between(plane: NDArray, first: Part, second: Part) -> bool:
+    """Return whether the plane is seen where two parts are nearest to each other in the image."""
+    pixels = [
+        np.stack(np.unravel_index(part.index, plane.shape), axis=1).astype(np.float64)
+        for part in (first, second)]
+    apart, nearest = cKDTree(pixels[1]).query(pixels[0])
+    start = int(np.argmin(apart))
+    line = np.linspace(pixels[0][start], pixels[1][nearest[start]], int(apart[start]) + 2)
+    rows, columns = np.rint(line).astype(np.int64).T
+    return int(np.count_nonzero(plane[rows, columns])) >= 2
 
 
 def look_at_parts(
@@ -113,10 +173,11 @@ def look_at_parts(
         members = which[starts[k]:starts[k] + sizes[k]]
         if support is not None:
             members = _over(scan, members, support, numbers, labels)
-        if len(members) >= FRAGMENT:
+        if len(members) >= FRAGMENT and (
+                support is None or (heights[members] > LOW * band[members]).any()):
             parts.append(_part(scan, k, members, heights, band, support, step))
     seen = np.zeros(count + 1, bool)
-    seen[[part.number for part in parts]] = True
+    seen[[part.numbers[0] for part in parts]] = True
     few = (numbers > 0) & ~seen[numbers]
     labels[few] = Label.SPECK
     numbers[few] = 0
@@ -146,13 +207,14 @@ def _part(
     scan: Scan, number: int, members: NDArray, heights: Image, band: Image,
     support: Support | None, step: float,
 ) -> Part:
-    sample = scan.take(_thin(members))
+    index = _thin(members)
+    sample = scan.take(index)
     if support is None:
-        return Part(number, len(members), sample, True)
+        return Part((number,), len(members), index, sample, True)
     own = heights[members]
     rank = min(4, len(own) - 1)
     lowest = int(np.argpartition(own, rank)[rank])
     depth = scan.depth[members[lowest]]
     near = 3 * float(band[members[lowest]]) + 3 * step * float(depth if scan.shape else 1.0)
     near += 0.05 * float(own.max())
-    return Part(number, len(members), sample, bool(own[lowest] <= near))
+    return Part((number,), len(members), index, sample, bool(own[lowest] <= near))

@@ -8,6 +8,7 @@ its patches are set aside, and so on. The supporting plane is the largest on whi
 stands: patches rise from it within its own extent, which keeps walls behind the scene out.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,8 +18,12 @@ from ros_rops.segmentation.footprint import Footprint, footprint_of
 from ros_rops.segmentation.patches import Patches
 from ros_rops.segmentation.scan import Image, Scan
 
-SEEDS = 200
-"""Patches whose planes are tried, at most."""
+SEEDS = 100
+"""Patches whose planes are tried, at most, ..."""
+VOTES = 1500
+"""... on so many patches at most."""
+SAMPLE = 10_000
+"""Points that the first rounds of a fit and the noise are measured on, at most."""
 PLANES = 4
 """Planes looked for in a frame, at most."""
 TOLERANCE = 0.008
@@ -27,6 +32,8 @@ LEAST_COSINE = float(np.cos(np.deg2rad(15.0)))
 """... and when its normal is the plane's within 15 degrees."""
 LEAST_FOOT = 2
 """So many patches that rise from a plane are something that stands on it."""
+NEAR = 3.0
+"""The plane is fitted to points within so many standard deviations of its noise."""
 FLOOR = 1e-4
 """Least noise assumed, as a share of the depth: rounding and small waves of the plane."""
 GAUSS = 1.4826
@@ -107,11 +114,15 @@ def find_support(
     least_share : float
         Least share of the patched points that a plane holds.
     """
-    candidates = _planes(patches, least_share)
-    if not candidates:
+    largest = chosen = None
+    for candidate in _planes(patches, least_share):
+        largest = largest or candidate
+        if _carries(patches, *candidate):
+            chosen = candidate
+            break
+    if largest is None:
         return None
-    chosen = next((item for item in candidates if _carries(patches, *item)), None)
-    plane, members = chosen or candidates[0]
+    plane, members = chosen or largest
     near = np.append(members, False)[patches.owner] & usable
     patch = float(np.median(patches.size[members]))
     return _refined(scan, plane, np.flatnonzero(near), patch, chosen is not None)
@@ -122,22 +133,20 @@ def _heights(patches: Patches, plane: Plane) -> Floats:
     return heights
 
 
-def _planes(patches: Patches, least_share: float) -> list[tuple[Plane, Bools]]:
-    """Return planes with their patches, in the order they are found: the largest first."""
+def _planes(patches: Patches, least_share: float) -> Iterator[tuple[Plane, Bools]]:
+    """Yield planes with their patches: the largest first, then the largest of the rest."""
     known = (patches.normals != 0).any(axis=1)
     least = least_share * patches.weights.sum()
     free = known.copy()
-    found = []
     for _ in range(PLANES):
         if patches.weights[free].sum() < least or not free.any():
-            break
+            return
         plane = _refit(patches, _best_seed(patches, free), free)
         members = free & _of_plane(patches, plane)
         if patches.weights[members].sum() < max(least, 1.0) or np.count_nonzero(members) < 3:
-            break
-        found.append((plane, members))
+            return
+        yield plane, members
         free &= ~members
-    return found
 
 
 def _of_plane(patches: Patches, plane: Plane, share: float = TOLERANCE) -> Bools:
@@ -149,16 +158,22 @@ def _of_plane(patches: Patches, plane: Plane, share: float = TOLERANCE) -> Bools
 def _best_seed(patches: Patches, free: Bools) -> Plane:
     """Return the plane of the patch that most others lie on."""
     which = np.flatnonzero(free)
-    seeds = which[np.linspace(0, len(which) - 1, min(SEEDS, len(which))).astype(np.int64)]
-    centres, normals = patches.centres[which].T, patches.normals[which].T
+    seeds, votes = _some(which, SEEDS), _some(which, VOTES)
+    offsets = (patches.centres[seeds] * patches.normals[seeds]).sum(axis=1)
     # Spelled out: a BLAS product may round differently with another number of threads.
     a, b, c = (patches.normals[seeds, k, None] for k in range(3))
-    offsets = (patches.centres[seeds] * patches.normals[seeds]).sum(axis=1)
-    heights = a * centres[0] + b * centres[1] + c * centres[2] - offsets[:, None]
-    cosines = a * normals[0] + b * normals[1] + c * normals[2]
-    fits = (np.abs(heights) <= TOLERANCE * patches.depth[which]) & (cosines >= LEAST_COSINE)
-    best = int(np.argmax((fits * patches.weights[which]).sum(axis=1)))
+    x, y, z = patches.centres[votes].T
+    heights = a * x + b * y + c * z - offsets[:, None]
+    x, y, z = patches.normals[votes].T
+    fits = np.abs(heights) <= TOLERANCE * patches.depth[votes]
+    fits &= a * x + b * y + c * z >= LEAST_COSINE
+    best = int(np.argmax((fits * patches.weights[votes]).sum(axis=1)))
     return Plane(patches.normals[seeds[best]], float(offsets[best]))
+
+
+def _some(which: NDArray, most: int) -> NDArray:
+    """Return at most so many of the indices, evenly chosen."""
+    return which[np.linspace(0, len(which) - 1, min(most, len(which))).astype(np.int64)]
 
 
 def _refit(patches: Patches, plane: Plane, free: Bools) -> Plane:
@@ -166,18 +181,21 @@ def _refit(patches: Patches, plane: Plane, free: Bools) -> Plane:
         members = free & _of_plane(patches, plane, share)
         if np.count_nonzero(members) < 3:
             return plane
-        plane = fit(patches.centres[members], patches.weights[members], plane)
+        plane = fit(patches.centres[members].T, patches.weights[members], plane)
     return plane
 
 
 def fit(points: Floats, weights: Floats | None, before: Plane) -> Plane:
-    """Return the plane of least squares through points (M, 3), its normal as that of `before`."""
-    weights = np.ones(len(points)) if weights is None else weights
-    total = weights.sum()
-    middle = np.array([(weights * points[:, k]).sum() for k in range(3)]) / total
-    off = points - middle
-    spread = np.array([
-        [(weights * off[:, i] * off[:, j]).sum() for j in range(3)] for i in range(3)])
+    """Return the plane of least squares through points (3, M), its normal as that of `before`."""
+    total = points.shape[1] if weights is None else weights.sum()
+    weighted = points if weights is None else points * weights
+    middle = weighted.sum(axis=1) / total
+    off = points - middle[:, None]
+    weighted = off if weights is None else off * weights
+    spread = np.empty((3, 3))
+    for i in range(3):
+        for j in range(i, 3):
+            spread[i, j] = spread[j, i] = (weighted[i] * off[j]).sum()
     normal = np.linalg.eigh(spread)[1][:, 0]
     if normal @ before.normal < 0:
         normal = -normal
@@ -197,27 +215,31 @@ def _carries(patches: Patches, plane: Plane, members: Bools) -> bool:
 def _refined(
     scan: Scan, plane: Plane, near: NDArray, patch: float, carries: bool
 ) -> Support:
-    """Fit the plane to its points, three rounds, the noise measured anew in each."""
-    points, depth = scan.take(near), scan.depth[near]
-    limit = TOLERANCE * depth
-    noise = Noise(0.0, 0.0)
-    inside = np.ones(len(points), bool)
-    for _ in range(3):
-        heights = (points * plane.normal).sum(axis=1) - plane.offset
-        inside = np.abs(heights) <= limit
+    """Fit the plane to its points, the noise measured anew each round; the last takes them all."""
+    noise = None
+    for which in (_some(near, SAMPLE), _some(near, SAMPLE), near):
+        points, depth = scan.columns(which), scan.depth[which]
+        limit = TOLERANCE * depth if noise is None else NEAR * noise.at(depth)
+        inside = np.abs(height_of(points, plane)) <= limit
         if np.count_nonzero(inside) < 3:
             break
-        plane = fit(points[inside], None, plane)
-        heights = (points * plane.normal).sum(axis=1) - plane.offset
-        noise = measure_noise(np.abs(heights[inside]), depth[inside])
-        limit = 3 * noise.at(depth)
-    heights = (points[inside] * plane.normal).sum(axis=1) - plane.offset
-    spread = float(np.sqrt((heights**2).mean())) if len(heights) else 0.0
+        points = points[:, inside]
+        plane = fit(points, None, plane)
+        heights = height_of(points, plane)
+        few = slice(None, None, max(1, len(heights) // SAMPLE))
+        noise = measure_noise(np.abs(heights[few]), depth[inside][few])
     # Patches at its rim have no normal: they took no part, yet are of the plane.
-    extent = footprint_of(points[inside], plane.normal, 0.001).wider(patch)
+    extent = footprint_of(points.T, plane.normal, 0.001).wider(patch)
     return Support(
-        plane, noise, extent, points[inside].mean(axis=0), int(inside.sum()), spread, patch,
-        carries)
+        plane, noise or Noise(0.0, 0.0), extent, points.mean(axis=1), points.shape[1],
+        float(np.sqrt((height_of(points, plane)**2).mean())), patch, carries)
+
+
+def height_of(points: Floats, plane: Plane) -> Floats:
+    """Return the signed distance of points (3, M) from a plane."""
+    a, b, c = plane.normal
+    heights: Floats = points[0] * a + points[1] * b + points[2] * c - plane.offset
+    return heights
 
 
 def measure_noise(off: Floats, depth: Image) -> Noise:

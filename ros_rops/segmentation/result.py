@@ -41,7 +41,7 @@ REASONS: Mapping[Label, str] = {
     Label.BESIDE_PLANE: 'beside the supporting plane',
     Label.NOT_STANDING: 'above the supporting plane, on no object that stands on it',
     Label.EDGE: 'between surfaces at a depth edge',
-    Label.SPECK: 'fewer points together than segmentation.least_points',
+    Label.SPECK: 'together too few or too low for an object',
     Label.OTHER_OBJECT: 'on an object that segmentation.objects does not ask for',
 }
 

@@ -47,6 +47,10 @@ class Scan:
         """Return the points of a mask or of indices, (M, 3) float64."""
         return np.stack([self.x[which], self.y[which], self.z[which]], axis=1).astype(np.float64)
 
+    def columns(self, which: NDArray) -> NDArray[np.float64]:
+        """Return the points of indices, (3, M) float64."""
+        return np.stack([self.x[which], self.y[which], self.z[which]]).astype(np.float64)
+
     def along(self, direction: NDArray, which: NDArray | slice = slice(None)) -> Image:
         """Return direction . point for the points of a mask or of indices, in the scan's type."""
         a, b, c = (self.z.dtype.type(value) for value in direction)
