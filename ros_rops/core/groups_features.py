@@ -11,6 +11,10 @@ from ros_rops.core.parameter import Group, param
 class MeshConfig(Group):
     """Range view to mesh (III-A)."""
 
+    depth_steps: float = param(
+        1.5, 'Sample an organized view no finer than so many of the steps in which its depths '
+        'come (1 mm for many depth cameras); 0 takes every pixel.',
+        unit='steps', low=0.0, high=20.0)
     edge_factor: float = param(
         4.0, 'Drop a triangle whose longest edge exceeds this multiple of the edge length '
         'expected at its place.', low=1.5, high=20.0)

@@ -75,6 +75,25 @@ class Growth:
                 return
             self._try(chances[0])
 
+    def reconsider(self) -> bool:
+        """
+        Try again what did not fit shapes whose poses have become better since.
+
+        Returns
+        -------
+        bool
+            Whether two shapes became one.
+        """
+        before = len(self._shapes)
+        stale = {pair for pair in self._tried if self._outdated.intersection(pair)}
+        self._tried -= stale
+        for pair in stale:
+            self._chances.pop(pair, None)
+        self._careful -= stale
+        if stale:
+            self.settle()
+        return len(self._shapes) < before
+
     def _likeliest_pairs(self) -> list[tuple[int, int]]:
         """For every shape the few others that its quick votes speak for."""
         keys = sorted(self._shapes)

@@ -7,13 +7,19 @@ from dataclasses import dataclass
 from ros_rops.core.config import Config
 from ros_rops.core.errors import ViewError
 from ros_rops.core.mesh import build_mesh
+from ros_rops.core.sampling import coarsened
 from ros_rops.core.surface import make_surface, Surface
 from ros_rops.core.types import RangeMesh, RangeView
 
 
 @dataclass(frozen=True, slots=True)
 class PreparedView:
-    """A view with its mesh and its side of a registration."""
+    """
+    A view with its mesh and its side of a registration.
+
+    The mesh may be coarser than the view (`core.sampling`): its vertices are not the view's points
+    then.
+    """
 
     view: RangeView
     mesh: RangeMesh
@@ -41,7 +47,7 @@ def prepare(
         If the view holds too little to register, or stray points, or its mesh is by far coarser
         or finer than `resolution`.
     """
-    mesh = build_mesh(view, config.mesh)
+    mesh = build_mesh(coarsened(view, config.mesh), config.mesh)
     if resolution is not None:
         _check_resolution(view.name, mesh.resolution / resolution, config.growth.resolution_ratio)
     surface = make_surface(

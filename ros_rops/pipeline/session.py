@@ -108,14 +108,13 @@ class Session:
         """
         Give waiting views their last chances, then refine all views of each object together.
 
-        More views may be added afterwards.
+        What did not fit an object may fit it now that its poses are better: as long as views
+        wait, and find a place, this begins again. More views may be added afterwards.
         """
         self._growth.settle()
-        started = time.perf_counter()
-        for object_id in sorted(self._growth.objects()):
-            while self._refine(object_id):
-                pass
-        self._seconds['fine'] += time.perf_counter() - started
+        self._refine_all()
+        while self._growth.reconsider():
+            self._refine_all()
 
     def remove(self, name: str) -> None:
         """
@@ -196,6 +195,13 @@ class Session:
         first = next(
             (item for name, item in self._prepared.items() if name not in self._aside), None)
         return first.surface.resolution if first else None
+
+    def _refine_all(self) -> None:
+        started = time.perf_counter()
+        for object_id in sorted(self._growth.objects()):
+            while self._refine(object_id):
+                pass
+        self._seconds['fine'] += time.perf_counter() - started
 
     def _refine(self, object_id: int) -> bool:
         """
