@@ -15,6 +15,7 @@ import math
 import numpy as np
 from ros_rops.core.config import FineConfig
 from ros_rops.core.errors import ShapeError
+from ros_rops.core.fine_prior import FinePrior
 from ros_rops.core.fine_problem import Problem
 from ros_rops.core.fine_report import ratio, report
 from ros_rops.core.fine_types import EdgeFit, FineResult, FineView, ViewFit
@@ -40,6 +41,7 @@ def refine_shape(
     config: FineConfig,
     *,
     threads: int = 0,
+    prior: FinePrior | None = None,
 ) -> FineResult:
     """
     Refine the poses of all views of a shape together (IV-B).
@@ -54,6 +56,8 @@ def refine_shape(
     config : FineConfig
     threads : int
         0: as many as the machine has. The result is the same, byte for byte, for any number.
+    prior : FinePrior, optional
+        What the station knows (method `simultaneous` only).
 
     Returns
     -------
@@ -68,7 +72,7 @@ def refine_shape(
         resolution is not a positive length.
     """
     start = _checked(views, poses, resolution)
-    problem = Problem(views, start, resolution, config, threads)
+    problem = Problem(views, start, resolution, config, threads, prior)
     radius, mean, iterations, converged = _rounds(problem)
     problem.put_back()
     return report(problem, radius, mean, iterations, converged)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from ros_rops.core import fine_system, williams
 from ros_rops.core.config import FineConfig
+from ros_rops.core.fine_prior import FinePrior, PriorTerms
 from ros_rops.core.fine_types import FineView
 from ros_rops.core.types import Bools, Floats, Ints
 from ros_rops.kernels.fine import PairSums, Surfaces
@@ -22,7 +23,7 @@ class Problem:
 
     def __init__(
         self, views: Sequence[FineView], poses: Floats, resolution: float, config: FineConfig,
-        threads: int,
+        threads: int, prior: FinePrior | None = None,
     ) -> None:
         self.config, self.resolution, self.threads = config, resolution, threads
         self.start = self.poses = poses
@@ -42,6 +43,7 @@ class Problem:
             max(_size(v.points, m), resolution)
             for v, m in zip(views, self.middles, strict=True)])
         self.centre = self.frames().middles.mean(axis=0)
+        self.terms = PriorTerms(prior, poses, self.frames()) if prior else None
 
     def frames(self) -> fine_system.Frames:
         """Return the middles of the views as placed now."""
@@ -78,12 +80,20 @@ class Problem:
             motions = _motions(self.poses, poses, frames)
         else:
             system = fine_system.assemble(self.pairs, sums, keep, frames, self.centre)
-            stiffness = fine_system.stiffness_of(system)
-            motions = fine_system.solve(
-                system, self.components, stiffness, self.config.least_stiffness)
+            motions = self._solved(system, frames)
             poses = fine_system.move(self.poses, motions, frames)
         self.poses = poses
         return float(np.abs(motions).max() / self.resolution)
+
+    def _solved(self, system: fine_system.System, frames: fine_system.Frames) -> Floats:
+        components = self.components
+        if self.terms is not None:
+            system, components = self.terms.extend(system, self.poses, frames, components)
+        motions = fine_system.solve(
+            system, components, fine_system.stiffness_of(system), self.config.least_stiffness)
+        if self.terms is not None:
+            self.terms.update(motions[-1])
+        return motions[:len(self.poses)]
 
     def put_back(self) -> None:
         """

@@ -90,3 +90,24 @@ class PriorConfig(Group):
     axis: bool = param(
         False, 'The objects stand on a turntable before a fixed sensor: all poses turn about '
         'one axis, which is found from the data.')
+    order: bool = param(
+        False, 'The turntable turns one way and by less than half a turn from one view to the '
+        "next (with 'axis').")
+    step_deg: float = param(
+        0.0, 'What the turntable turns by from one view to the next, in either direction (with '
+        "'axis'); 0 if that is not known.", unit='deg', low=0.0, high=360.0)
+    tilt_deg: float = param(
+        10.0, 'Most that the pose of two views may tilt against plane or axis; when all views '
+        'are refined together the rest is taken out.', unit='deg', low=0.1, high=90.0)
+    distance_mr: float = param(
+        8.0, 'Most that it may be off in height, or at the axis.',
+        unit='mr', low=0.1, high=1000.0)
+    turn_deg: float = param(
+        5.0, 'Most that it may turn more or less than step_deg says.',
+        unit='deg', low=0.1, high=90.0)
+    weight: float = param(
+        3.0, 'Weight of plane and axis when all views are refined together, as a multiple of '
+        "that of a view's matches.", low=0.0, high=1000.0)
+    harm: float = param(
+        1.25, 'Plane and axis are not used in refining an object whose residual they would '
+        'raise by more than this factor.', low=1.0, high=100.0)

@@ -8,6 +8,7 @@ from ros_rops.core.hypotheses import consistent, matched
 from ros_rops.core.pair_result import Lap, PairResult
 from ros_rops.core.paper_pairwise import register_paper
 from ros_rops.core.search import Candidates, random_transforms, search
+from ros_rops.core.station import Known
 from ros_rops.core.surface import Surface
 from ros_rops.core.types import Floats, Status
 from ros_rops.core.verdict import judge, Verdict
@@ -16,6 +17,8 @@ __all__ = ['PairResult', 'register']
 
 # Part of the random starts that join the quick search.
 QUICK_SHARE = 5
+# Poses that agree with what is known, beside those of the matches.
+PROPOSED = 2000
 
 
 def register(
@@ -25,6 +28,7 @@ def register(
     *,
     threads: int = 0,
     lap: Lap = lambda stage: None,
+    known: Known | None = None,
 ) -> PairResult:
     """
     Find the pose of `source` in the frame of `target`, or say why there is none.
@@ -41,6 +45,8 @@ def register(
     lap : callable
         Called with 'match', 'quick' and, if it was needed, 'thorough' when that stage has ended
         (method `paper`: 'match', 'ccv', 'icp').
+    known : Known, optional
+        What the station knows of the pose: proposes and objects (not with method `paper`).
 
     Returns
     -------
@@ -55,15 +61,23 @@ def register(
         source, target, settings.random_starts, np.random.default_rng(settings.seed))
     # A few random starts at once: the matches alone may not show the other pose of a symmetry.
     few = np.concatenate([from_matches, starts[:len(starts) // QUICK_SHARE]])
+    everything = np.concatenate([from_matches, starts])
+    if known is not None:
+        proposed = known.starts(
+            source, target, PROPOSED, np.random.default_rng(settings.seed))
+        few, everything = (
+            np.concatenate([proposed, poses[known.admits(poses, source, target)]])
+            for poses in (few, everything))
     candidates = search(
-        source, target, few, min(settings.quick, settings.refined), settings, threads=threads)
-    verdict = judge(source, target, candidates, config.verdict)
+        source, target, few, min(settings.quick, settings.refined), settings, threads=threads,
+        known=known)
+    verdict = judge(source, target, candidates, config.verdict, known)
     lap('quick')
     if settings.refined > settings.quick and not _beyond_doubt(verdict, config):
         candidates = search(
-            source, target, np.concatenate([from_matches, starts]), settings.refined, settings,
-            threads=threads)
-        verdict = judge(source, target, candidates, config.verdict)
+            source, target, everything, settings.refined, settings, threads=threads,
+            known=known)
+        verdict = judge(source, target, candidates, config.verdict, known)
         lap('thorough')
     return _result(source, target, verdict, candidates, len(from_matches))
 

@@ -162,8 +162,8 @@ class _Blocks:
 
     def sums(self, values: Floats) -> Floats:
         """Sum (B,) of the values (P,) of each block."""
-        total: Floats = np.bincount(self.ids, values, self.shape[0] * self.shape[1])
-        return total
+        total = np.bincount(self.ids, values, self.shape[0] * self.shape[1])
+        return np.asarray(total, dtype=np.float64)
 
     def medians(self, values: Floats) -> Floats:
         """Median of its block (P,) for each pixel; of an even number, the upper of the two."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from ros_rops.core.config import PairwiseConfig
 from ros_rops.core.matching import frame_transforms
+from ros_rops.core.station import Known
 from ros_rops.core.surface import Surface
 from ros_rops.core.types import Floats, Ints
 from ros_rops.kernels.verification import centred, distinct, refine, score, Scores
@@ -113,6 +114,7 @@ def search(
     config: PairwiseConfig,
     *,
     threads: int = 0,
+    known: Known | None = None,
 ) -> Candidates:
     """
     Score all hypotheses, refine the best that differ, score again.
@@ -127,6 +129,8 @@ def search(
     config : PairwiseConfig
     threads : int
         0 takes all cores; no influence on the result.
+    known : Known, optional
+        Poses that do not agree with it are no candidates.
     """
     unit = 0.5 * (source.resolution + target.resolution)
     chosen = _distinct_best(source, target, hypotheses, most, config, threads)
@@ -134,6 +138,8 @@ def search(
     poses = refine(
         source.evidence, target.evidence, chosen, radii,
         samples=config.samples_refine, agree=COARSE_AGREE, threads=threads)
+    if known is not None:
+        poses = poses[known.admits(poses, source, target)]
     values = final_scores(source, target, poses, unit, threads=threads)
     order = np.argsort(-values, kind='stable')
     kept = order[distinct(

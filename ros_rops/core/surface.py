@@ -10,7 +10,7 @@ from ros_rops.core.config import Config
 from ros_rops.core.errors import ViewError
 from ros_rops.core.rops import compute_features
 from ros_rops.core.se3 import move
-from ros_rops.core.types import Features, Floats, RangeMesh, SensorModel
+from ros_rops.core.types import Features, Floats, RangeMesh, SensorModel, SupportPlane
 from ros_rops.kernels.evidence import Evidence
 from scipy.spatial import cKDTree
 
@@ -31,12 +31,15 @@ class Surface:
     evidence : Evidence
     resolution : float
         Mesh resolution (mr), in the units of the points.
+    support : SupportPlane or None
+        What the object stands on, in the frame of the points, where that was seen.
     """
 
     name: str
     features: Features
     evidence: Evidence
     resolution: float
+    support: SupportPlane | None = None
 
 
 def make_surface(
@@ -114,7 +117,16 @@ def grow_surface(
     evidence = shape.evidence.grown(view.evidence, T_shape_view, near, threads=threads)
     spacing = config.keypoints.spacing_mr * shape.resolution
     features = _joined(shape.features, view.features, T_shape_view, spacing)
-    return Surface(shape.name, features, evidence, shape.resolution)
+    support = shape.support
+    if support is None and view.support is not None:
+        support = _moved_plane(T_shape_view, view.support)
+    return Surface(shape.name, features, evidence, shape.resolution, support)
+
+
+def _moved_plane(transform: Floats, plane: SupportPlane) -> SupportPlane:
+    x, y, z = transform[:3, :3] @ np.asarray(plane.normal)
+    shift = float(transform[:3, 3] @ (x, y, z))
+    return SupportPlane((float(x), float(y), float(z)), plane.offset + shift)
 
 
 def _joined(

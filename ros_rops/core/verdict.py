@@ -9,6 +9,7 @@ import math
 import numpy as np
 from ros_rops.core.config import VerdictConfig
 from ros_rops.core.search import Candidates, FINAL, final_scores
+from ros_rops.core.station import Known
 from ros_rops.core.surface import Surface
 from ros_rops.core.types import Floats, Status
 from ros_rops.kernels.verification import centred, distinct, Examination, examine
@@ -49,7 +50,8 @@ class Verdict:
 
 
 def judge(
-    source: Surface, target: Surface, candidates: Candidates, config: VerdictConfig
+    source: Surface, target: Surface, candidates: Candidates, config: VerdictConfig,
+    known: Known | None = None,
 ) -> Verdict:
     """
     Judge the best candidate, its rivals in view.
@@ -61,21 +63,27 @@ def judge(
     source, target : Surface
     candidates : Candidates
     config : VerdictConfig
+    known : Known, optional
+        What a pose must not contradict.
 
     Returns
     -------
     Verdict
     """
     if not len(candidates.poses):
-        return Verdict(Status.REFUSED, None, 'no hypothesis: a side has no features', {})
+        why = 'a side has no features' if known is None else 'none agrees with what is known'
+        return Verdict(Status.REFUSED, None, f'no hypothesis: {why}', {})
     unit = 0.5 * (source.resolution + target.resolution)
     limit = residual_limit(source, target, unit, config)
-    finalists = sorted(
+    finalists = _admitted(source, target, known, sorted(
         _examined(source, target, candidates.poses[:FINALISTS], unit, limit),
-        key=lambda finalist: _worth(finalist.numbers, config), reverse=True)
+        key=lambda finalist: _worth(finalist.numbers, config), reverse=True))
     best = finalists[0]
     numbers = best.numbers | {'rival': _rival(source, target, finalists, unit, config)}
     status, reason = _word(numbers, config)
+    objection = known.objection(best.T_target_source, source, target) if known else ''
+    if status is Status.PLACED and objection:
+        status, reason = Status.REFUSED, objection
     placed = best.T_target_source if status is Status.PLACED else None
     return Verdict(status, placed, reason, numbers)
 
@@ -106,6 +114,17 @@ def _examined(
         })
         for exam, score in zip(exams, scores, strict=True)
     ]
+
+
+def _admitted(
+    source: Surface, target: Surface, known: Known | None, finalists: list[_Finalist]
+) -> list[_Finalist]:
+    """Leave out what contradicts what is known, unless that is all."""
+    if known is None:
+        return finalists
+    return [
+        finalist for finalist in finalists
+        if not known.objection(finalist.T_target_source, source, target)] or finalists
 
 
 def _rival(

@@ -8,6 +8,7 @@ import time
 
 from ros_rops.core.config import Config
 from ros_rops.core.pairwise import PairResult, register
+from ros_rops.core.station import Known
 from ros_rops.core.surface import Surface
 from ros_rops.core.types import Status
 
@@ -58,11 +59,12 @@ class StageClock:
 
 
 def attempt(
-    source: Surface, target: Surface, config: Config, *, threads: int = 0
+    source: Surface, target: Surface, config: Config, *, threads: int = 0,
+    known: Known | None = None,
 ) -> tuple[PairResult, Attempt]:
     """Register as `register` does, and record it with the time that it took."""
     clock = StageClock()
-    result = register(source, target, config, threads=threads, lap=clock.lap)
+    result = register(source, target, config, threads=threads, lap=clock.lap, known=known)
     return result, Attempt(
         result.source, result.target, result.status, result.reason, result.numbers,
         clock.seconds)

@@ -9,26 +9,19 @@ left waits, and tries again when the shapes have grown.
 """
 
 from collections.abc import Mapping, MutableMapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 import time
 
 from ros_rops.core.config import Config
 from ros_rops.core.errors import ViewError
 from ros_rops.core.pairwise import PairResult
-from ros_rops.core.shape_growing import grow, plausibility, regrow, Shape
+from ros_rops.core.shape_growing import grow, regrow, Shape
 from ros_rops.core.surface import Surface
 from ros_rops.core.types import Floats, Status
 from ros_rops.pipeline.attempt import Attempt, attempt
+from ros_rops.pipeline.chances import Chance, Chances, pair_of
 from ros_rops.pipeline.reports import ViewReport
-
-
-@dataclass(frozen=True, slots=True)
-class _Chance:
-    """A pair of shapes (by key) and how plausible it is that they fit."""
-
-    plausibility: float
-    smaller: int
-    larger: int
+from ros_rops.pipeline.station import StationWatch
 
 
 class Growth:
@@ -41,10 +34,13 @@ class Growth:
     threads : int
     seconds : mutable mapping of str to float
         Wall seconds by stage, added to.
+    watch : StationWatch
+        Told of what was placed, asked for what is known of poses.
     """
 
     def __init__(
-        self, config: Config, threads: int, seconds: MutableMapping[str, float]
+        self, config: Config, threads: int, seconds: MutableMapping[str, float],
+        watch: StationWatch,
     ) -> None:
         self.trace: list[Attempt] = []
         self._config = config
@@ -54,9 +50,8 @@ class Growth:
         self._surfaces: dict[str, Surface] = {}
         self._outdated: set[int] = set()
         self._object_ids: dict[int, int] = {}
-        self._chances: dict[tuple[int, int], float] = {}
-        self._careful: set[tuple[int, int]] = set()
-        self._tried: set[tuple[int, int]] = set()
+        self._chances = Chances(config, threads, seconds)
+        self._watch = watch
         self._words: dict[str, PairResult] = {}
         self._next_key = 0
         self._next_object = 0
@@ -64,6 +59,7 @@ class Growth:
     def arrive(self, shape: Shape) -> None:
         """Take a new view in and let it, and what it changes, find its place."""
         self._surfaces[shape.surface.name] = shape.surface
+        self._watch.arrive(shape.surface)
         self._grow_from(self._insert(shape), self._config.growth.plausible)
 
     def settle(self) -> None:
@@ -85,12 +81,7 @@ class Growth:
             Whether two shapes became one.
         """
         before = len(self._shapes)
-        stale = {pair for pair in self._tried if self._outdated.intersection(pair)}
-        self._tried -= stale
-        for pair in stale:
-            self._chances.pop(pair, None)
-        self._careful -= stale
-        if stale:
+        if self._chances.renew(self._outdated):
             self.settle()
         return len(self._shapes) < before
 
@@ -99,9 +90,9 @@ class Growth:
         keys = sorted(self._shapes)
         pairs: set[tuple[int, int]] = set()
         for key in keys:
-            others = [_pair(key, k) for k in keys if k != key]
+            others = [pair_of(key, k) for k in keys if k != key]
             chances = self._chances_of(others, -1.0)[:self._config.growth.partners]
-            pairs.update(_pair(c.smaller, c.larger) for c in chances)
+            pairs.update(pair_of(c.smaller, c.larger) for c in chances)
         return sorted(pairs)
 
     def objects(self) -> dict[int, Shape]:
@@ -113,6 +104,7 @@ class Growth:
         key = next(k for k, number in self._object_ids.items() if number == object_id)
         self._shapes[key] = Shape(self._shapes[key].surface, dict(poses))
         self._outdated.add(key)
+        self._watch.learn(self.objects())
 
     def take_back(self, name: str) -> None:
         """Remove a view; what it held together stays together."""
@@ -161,30 +153,21 @@ class Growth:
             if merged is not None:
                 key, tries = merged, 0
 
-    def _best_of(self, key: int, least: float) -> _Chance | None:
+    def _best_of(self, key: int, least: float) -> Chance | None:
         others = [k for k in sorted(self._shapes) if k != key]
         for group in (
             [k for k in others if k in self._object_ids],
             [k for k in others if k not in self._object_ids],
         ):
-            chances = self._chances_of([_pair(k, key) for k in group], least)
+            chances = self._chances_of([pair_of(k, key) for k in group], least)
             if chances:
                 return chances[0]
         return None
 
     def _chances_of(
         self, pairs: list[tuple[int, int]], least: float, *, careful: bool = False
-    ) -> list[_Chance]:
-        """Pairs (rising keys) not yet tried that are plausible enough, the most so first."""
-        found = []
-        for a, b in pairs:
-            if (a, b) in self._tried:
-                continue
-            small, large = sorted((a, b), key=lambda k: (self._shapes[k].size, -k))
-            value = self._plausibility(small, large, careful)
-            if value >= least:
-                found.append(_Chance(value, small, large))
-        return sorted(found, key=lambda c: (-c.plausibility, c.smaller, c.larger))
+    ) -> list[Chance]:
+        return self._chances.of(pairs, self._shape, least, careful=careful)
 
     def _shape(self, key: int) -> Shape:
         """Return a shape whose surface is that of its present poses."""
@@ -194,26 +177,13 @@ class Growth:
             self._outdated.discard(key)
         return self._shapes[key]
 
-    def _plausibility(self, small: int, large: int, careful: bool) -> float:
-        """Look the value up or compute it; `careful` asks all features once more."""
-        pair = _pair(small, large)
-        if pair not in (self._careful if careful else self._chances):
-            started = time.perf_counter()
-            value = plausibility(
-                self._shape(small).surface, self._shape(large).surface, self._config,
-                careful=careful, threads=self._threads)
-            self._chances[pair] = max(value, self._chances.get(pair, value))
-            if careful:
-                self._careful.add(pair)
-            self._seconds['screen'] += time.perf_counter() - started
-        return self._chances[pair]
-
-    def _try(self, chance: _Chance) -> int | None:
+    def _try(self, chance: Chance) -> int | None:
         """Register the smaller shape to the larger; return the key of what they became."""
         small, large = self._shape(chance.smaller), self._shape(chance.larger)
-        self._tried.add(_pair(chance.smaller, chance.larger))
+        self._chances.spend(chance)
         result, record = attempt(
-            small.surface, large.surface, self._config, threads=self._threads)
+            small.surface, large.surface, self._config, threads=self._threads,
+            known=self._watch.known(small, large))
         record = replace(
             record, source_views=tuple(small.members), target_views=tuple(large.members))
         for stage, seconds in record.seconds.items():
@@ -256,27 +226,17 @@ class Growth:
 
     def _merge(self, small: int, large: int, merged: Shape) -> int:
         ids = [self._object_ids[k] for k in (large, small) if k in self._object_ids]
-        hopes = self._hopes(small, large)
+        hopes = self._chances.hopes(small, large)
         self._forget(small)
         self._forget(large)
         key = self._insert(merged)
-        self._chances.update({(other, key): value for other, value in hopes.items()})
+        self._chances.hope(key, hopes)
         if not ids:
             ids = [self._next_object]
             self._next_object += 1
         self._object_ids[key] = min(ids)
+        self._watch.learn(self.objects())
         return key
-
-    def _hopes(self, small: int, large: int) -> dict[int, float]:
-        """Let the whole hope for what either part could hope for from a third shape."""
-        hopes: dict[int, float] = {}
-        for pair, value in self._chances.items():
-            if pair in self._tried or len({small, large}.intersection(pair)) != 1:
-                continue
-            other = pair[0] if pair[1] in (small, large) else pair[1]
-            if value >= self._config.growth.plausible:
-                hopes[other] = max(value, hopes.get(other, value))
-        return hopes
 
     def _insert(self, shape: Shape) -> int:
         key = self._next_key
@@ -288,17 +248,10 @@ class Growth:
         del self._shapes[key]
         self._outdated.discard(key)
         self._object_ids.pop(key, None)
-        self._chances = {k: v for k, v in self._chances.items() if key not in k}
-        self._careful = {k for k in self._careful if key not in k}
-        self._tried = {k for k in self._tried if key not in k}
+        self._chances.forget(key)
 
     def _key_of(self, name: str) -> int:
         return next(key for key, shape in self._shapes.items() if name in shape.members)
-
-
-def _pair(a: int, b: int) -> tuple[int, int]:
-    """Name two shapes the same way, whichever comes first."""
-    return min(a, b), max(a, b)
 
 
 def _telling(word: PairResult) -> float:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Once per view: mesh, keypoints, frames, descriptors, evidence (III-A)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ros_rops.core.config import Config
 from ros_rops.core.errors import ViewError
@@ -52,7 +52,7 @@ def prepare(
         _check_resolution(view.name, mesh.resolution / resolution, config.growth.resolution_ratio)
     surface = make_surface(
         view.name, mesh, view.sensor, config, resolution=resolution, threads=threads)
-    return PreparedView(view, mesh, surface)
+    return PreparedView(view, mesh, replace(surface, support=view.support))
 
 
 def _check_resolution(name: str, ratio: float, most: float) -> None:

@@ -10,14 +10,16 @@ import numpy as np
 
 from ros_rops.core.config import Config
 from ros_rops.core.errors import ParameterError, ViewError
-from ros_rops.core.fine import FineView, refine_shape
-from ros_rops.core.shape_growing import seed_shape
+from ros_rops.core.fine import FineResult, FineView, refine_shape
+from ros_rops.core.fine_prior import FinePrior
+from ros_rops.core.shape_growing import seed_shape, Shape
 from ros_rops.core.types import RangeView, Status, Units
 from ros_rops.core.verdict import residual_limit, self_stiffness
 from ros_rops.pipeline.attempt import Attempt
 from ros_rops.pipeline.growth import Growth
 from ros_rops.pipeline.prepare import prepare, PreparedView
 from ros_rops.pipeline.reports import ObjectModel, PlacedView, ViewReport
+from ros_rops.pipeline.station import StationWatch
 from ros_rops.pipeline.units import in_units
 
 SECONDS = ('prepare', 'screen', 'match', 'ccv', 'icp', 'quick', 'thorough', 'grow', 'fine')
@@ -56,7 +58,8 @@ class Session:
         self._aside: dict[str, ViewReport] = {}
         self._fits: dict[str, Mapping[str, float]] = {}
         self._seconds = dict.fromkeys(SECONDS, 0.0)
-        self._growth = Growth(self.config, threads, self._seconds)
+        self._watch = StationWatch(self.config.prior)
+        self._growth = Growth(self.config, threads, self._seconds, self._watch)
 
     def add(self, view: RangeView) -> ViewReport:
         """
@@ -170,6 +173,11 @@ class Session:
         return float(np.mean(found)) if found else 0.0
 
     @property
+    def station(self) -> Mapping[str, object]:
+        """What was known of the station, found and used; empty if nothing was said of it."""
+        return self._watch.facts(self._growth.objects()) if self._watch.active else {}
+
+    @property
     def attempts(self) -> int:
         """Pairwise registrations attempted: a view or shape against a shape."""
         return len(self._growth.trace)
@@ -216,15 +224,30 @@ class Session:
         if shape is None:
             return False
         names = list(shape.members)
-        result = refine_shape(
-            [FineView.of(self._prepared[name].mesh) for name in names],
-            [shape.members[name] for name in names],
-            shape.surface.resolution, self.config.fine, threads=self.threads)
+        result = self._refined(object_id, shape, names)
         for name, fit in zip(names, result.views, strict=True):
             self._fits[name] = {
                 'fine_residual_mr': fit.residual_mr, 'fine_stiffness': fit.stiffness}
         self._growth.move(object_id, dict(zip(names, result.poses, strict=True)))
         return self._take_misfit_back(names, object_id)
+
+    def _refined(self, object_id: int, shape: Shape, names: Sequence[str]) -> FineResult:
+        """Refine with what the station knows, unless the data speak against it."""
+        views = [FineView.of(self._prepared[name].mesh) for name in names]
+        poses = [shape.members[name] for name in names]
+
+        def refined(prior: FinePrior | None) -> FineResult:
+            return refine_shape(
+                views, poses, shape.surface.resolution, self.config.fine, threads=self.threads,
+                prior=prior)
+
+        free = refined(None)
+        prior = self._watch.fine_prior(
+            names, {name: self._prepared[name].surface for name in names})
+        if prior is None:
+            return free
+        bound = refined(prior)
+        return bound if self._watch.accept(object_id, free, bound) else free
 
     def _take_misfit_back(self, names: Sequence[str], object_id: int) -> bool:
         residuals = {name: self._fits[name]['fine_residual_mr'] for name in names}

@@ -1,0 +1,114 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""What is known of how plausible it is that two shapes fit, and which were tried."""
+
+from collections.abc import Callable, Collection, Mapping, MutableMapping
+from dataclasses import dataclass
+import time
+
+from ros_rops.core.config import Config
+from ros_rops.core.shape_growing import plausibility, Shape
+
+Pair = tuple[int, int]
+
+
+@dataclass(frozen=True, slots=True)
+class Chance:
+    """A pair of shapes (by key) and how plausible it is that they fit."""
+
+    plausibility: float
+    smaller: int
+    larger: int
+
+
+class Chances:
+    """
+    The votes of features on pairs of shapes, asked for once each.
+
+    Parameters
+    ----------
+    config : Config
+    threads : int
+    seconds : mutable mapping of str to float
+        Wall seconds by stage, added to.
+    """
+
+    def __init__(
+        self, config: Config, threads: int, seconds: MutableMapping[str, float]
+    ) -> None:
+        self._config = config
+        self._threads = threads
+        self._seconds = seconds
+        self._values: dict[Pair, float] = {}
+        self._careful: set[Pair] = set()
+        self._tried: set[Pair] = set()
+
+    def of(
+        self, pairs: Collection[Pair], shape: Callable[[int], Shape], least: float, *,
+        careful: bool = False,
+    ) -> list[Chance]:
+        """Pairs (rising keys) not yet tried that are plausible enough, the most so first."""
+        found = []
+        for a, b in pairs:
+            if (a, b) in self._tried:
+                continue
+            small, large = sorted((a, b), key=lambda k: (shape(k).size, -k))
+            value = self._value(small, large, shape, careful)
+            if value >= least:
+                found.append(Chance(value, small, large))
+        return sorted(found, key=lambda c: (-c.plausibility, c.smaller, c.larger))
+
+    def spend(self, chance: Chance) -> None:
+        """Note that a pair is tried now."""
+        self._tried.add(pair_of(chance.smaller, chance.larger))
+
+    def renew(self, keys: Collection[int]) -> bool:
+        """Let the pairs of these shapes be tried again; return whether any was tried."""
+        stale = {pair for pair in self._tried if not set(keys).isdisjoint(pair)}
+        self._tried -= stale
+        self._careful -= stale
+        for pair in stale:
+            self._values.pop(pair, None)
+        return bool(stale)
+
+    def hopes(self, small: int, large: int) -> dict[int, float]:
+        """Tell what either of two shapes could hope for from each third one."""
+        hopes: dict[int, float] = {}
+        for pair, value in self._values.items():
+            if pair in self._tried or len({small, large}.intersection(pair)) != 1:
+                continue
+            other = pair[0] if pair[1] in (small, large) else pair[1]
+            if value >= self._config.growth.plausible:
+                hopes[other] = max(value, hopes.get(other, value))
+        return hopes
+
+    def hope(self, key: int, hopes: Mapping[int, float]) -> None:
+        """Let a new shape hope for as much."""
+        self._values.update({pair_of(other, key): value for other, value in hopes.items()})
+
+    def forget(self, key: int) -> None:
+        """Drop a shape that is no more."""
+        self._values = {k: v for k, v in self._values.items() if key not in k}
+        self._careful = {k for k in self._careful if key not in k}
+        self._tried = {k for k in self._tried if key not in k}
+
+    def _value(
+        self, small: int, large: int, shape: Callable[[int], Shape], careful: bool
+    ) -> float:
+        """Look the value up or compute it; `careful` asks all features once more."""
+        pair = pair_of(small, large)
+        if pair not in (self._careful if careful else self._values):
+            started = time.perf_counter()
+            value = plausibility(
+                shape(small).surface, shape(large).surface, self._config, careful=careful,
+                threads=self._threads)
+            self._values[pair] = max(value, self._values.get(pair, value))
+            if careful:
+                self._careful.add(pair)
+            self._seconds['screen'] += time.perf_counter() - started
+        return self._values[pair]
+
+
+def pair_of(a: int, b: int) -> Pair:
+    """Name two shapes the same way, whichever comes first."""
+    return min(a, b), max(a, b)
