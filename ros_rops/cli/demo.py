@@ -33,7 +33,8 @@ def run(args: argparse.Namespace) -> int:
 
     bags = find_bags()
     document = register(
-        [bags / RECORDING], args.out, config_of(args), threads=args.threads, units=args.units)
+        [bags / RECORDING], args.out, config_of(args), threads=args.threads, units=args.units,
+        overwrite=True)
     print(result_table(document))
     numbers = evaluate_run(args.out, [bags / TRUTH]).numbers()
     print('against the exact poses (deg; dres: mesh resolutions)')

@@ -19,6 +19,8 @@ from ros_rops.core.errors import RopsError
 
 VERBS = {
     'register': 'register range views into one model per object',
+    'replay': 'register what a recording shows, frame by frame as it was recorded',
+    'resume': 'go on with a run that was killed or interrupted',
     'evaluate': 'judge a run against reference poses',
     'explain': 'tell where the correspondences of a run were lost, stage by stage',
     'simulate': 'capture meshes by a simulated depth camera, with exact poses',

@@ -21,11 +21,27 @@ def add_engine_arguments(parser: argparse.ArgumentParser) -> None:
         '--seed', type=int, metavar='N',
         help='seed of everything random: of each parameter whose name ends in .seed')
     parser.add_argument(
-        '--threads', type=_threads, default=0, metavar='N',
+        '--threads', type=threads_of, default=0, metavar='N',
         help='threads; 0, the default, for all cores. The result does not depend on it')
     parser.add_argument(
         '--units', choices=('auto', 'm', 'mm'), default='auto',
         help='units of the input; auto, the default, takes what it states or infers them')
+
+
+def add_run_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare what a run takes beside its inputs and its engine."""
+    parser.add_argument(
+        '--out', type=Path, required=True, metavar='DIR', help='where the run is written')
+    parser.add_argument(
+        '--topic', dest='topics', action='append', default=[], metavar='NAME',
+        help='topic of a recording: point clouds or depth images; may be given again. By default '
+        'all point clouds, or where there is none all depth images')
+    parser.add_argument('--no-picture', action='store_true', help='do not draw picture.png')
+    parser.add_argument(
+        '--no-journal', action='store_true',
+        help='keep no journal.mcap; a run that breaks off then begins anew')
+    parser.add_argument(
+        '--overwrite', action='store_true', help='give up an unfinished run that DIR may hold')
 
 
 def config_of(args: argparse.Namespace) -> Config:
@@ -49,7 +65,8 @@ def seeds() -> list[str]:
     return [info.name for info in describe() if info.name.endswith('.seed')]
 
 
-def _threads(text: str) -> int:
+def threads_of(text: str) -> int:
+    """Return the number of threads that an option says."""
     try:
         count = int(text)
     except ValueError:

@@ -33,15 +33,34 @@ class Progress:
         if self._terminal and self._done:
             print(file=sys.stderr)
 
-    def step(self, text: str) -> None:
-        """Count one step, of which `text` says what came of it."""
+    def step(self, text: str, *, status: str = '', minor: bool = False) -> None:
+        """
+        Count one step.
+
+        Parameters
+        ----------
+        text : str
+            What came of it.
+        status : str
+            How things stand; shown before it on a terminal.
+        minor : bool
+            Nothing came of it: shown on a terminal only.
+        """
         self._done += 1
         self._total = max(self._total, self._done)
-        self._show(f'{self._done}/{self._total} {text}')
+        if self._terminal:
+            text = f'{status}; {text}' if status else text
+        elif minor:
+            return
+        self.say(text)
 
     def say(self, text: str) -> None:
         """Show `text` without counting."""
         self._show(f'{self._done}/{self._total} {text}')
+
+    def tell(self, text: str) -> None:
+        """Print `text` as a line that stays."""
+        print(f'\r\x1b[2K{text}' if self._terminal else text, file=sys.stderr, flush=True)
 
     def _show(self, text: str) -> None:
         if not self._terminal:

@@ -24,11 +24,12 @@ def poses_document(run: Run) -> dict[str, Any]:
         ``units``, ``mesh_resolution`` (in these units), ``objects`` (``id``, ``views`` with
         ``name`` and ``T_object_view``, 4x4 rows), ``views`` (all, in order of arrival: ``name``,
         ``status``, ``object``, ``reason``, ``centroid`` of the points in the view's own frame,
-        and the numbers of the verdict), ``attempts``.
+        and the numbers of the verdict), ``attempts``; ``complete``, false, where a part of the
+        input was not read.
     """
     session = run.session
     reports = {report.name: report for report in session.reports}
-    return {
+    document: dict[str, Any] = {
         'units': session.units,
         'mesh_resolution': plain(session.mesh_resolution),
         'objects': [
@@ -47,6 +48,7 @@ def poses_document(run: Run) -> dict[str, Any]:
         ],
         'attempts': int(session.attempts),
     }
+    return document if run.complete else {**document, 'complete': False}
 
 
 def _refused(name: str, reason: str) -> dict[str, Any]:

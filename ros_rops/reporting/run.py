@@ -35,6 +35,10 @@ class Run:
         The inputs that could not be read, by name.
     facts : mapping
         What else `metrics.json` says: machine, versions, seconds, command.
+    frames : mapping
+        The content of `frames.json`; without, none is written.
+    complete : bool
+        Whether all of the input was read.
     """
 
     session: Any
@@ -42,3 +46,5 @@ class Run:
     order: Sequence[str]
     refusals: Mapping[str, Refusal] = field(default_factory=dict)
     facts: Mapping[str, Any] = field(default_factory=dict)
+    frames: Mapping[str, Any] = field(default_factory=dict)
+    complete: bool = True

@@ -10,13 +10,15 @@ The run folder.
 | `config.yaml` | all parameters, as a ROS parameter file that `--config` takes again |
 | `metrics.json` | times per stage, attempts, versions, machine |
 | `trace.json` | every registration attempted: what was left after each stage |
+| `frames.json` | what became of every frame or file of the input |
 | `picture.png` | the objects from three sides, and what was not placed |
 
+Beside these lie `run.json` and `journal.mcap`, from which `rops resume` goes on (`intake`).
 Beside the folder, `latest` points to the last one written.
 """
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 import json
 from pathlib import Path
@@ -26,6 +28,7 @@ from typing import Any
 from ros_rops.core.errors import InputError
 from ros_rops.core.types import Status
 from ros_rops.pipeline.parameters import dump_config
+from ros_rops.recordings.atomic import replace_file
 from ros_rops.recordings.writers import write_object
 from ros_rops.reporting.clouds import assemble, ObjectCloud
 from ros_rops.reporting.picture import draw_objects
@@ -49,8 +52,7 @@ def prepare_folder(folder: Path) -> None:
     with _writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
         if (folder / 'poses.json').exists():
-            for stale in folder.glob('object_*.ply'):
-                stale.unlink()
+            _clear_objects(folder, keep=())
         probe = folder / 'poses.json'
         probe.write_text('', encoding='utf-8')
         probe.unlink()
@@ -73,6 +75,8 @@ def write_run(folder: Path, run: Run, *, picture: bool = True) -> dict[str, Any]
         _write_json(folder / 'trace.json', trace_document(run))
         if picture:
             draw_objects(folder / 'picture.png', clouds, document['views'])
+        if run.frames:
+            _write_json(folder / 'frames.json', plain(run.frames))
         _write_json(folder / 'poses.json', document)
         point_latest(folder)
     return document
@@ -107,14 +111,23 @@ def _write_objects(folder: Path, run: Run) -> dict[int, ObjectCloud]:
             folder / f'object_{model.id}.ply', cloud.points, normals=cloud.normals,
             colors=cloud.colors, view_ids=cloud.view_ids)
         clouds[model.id] = cloud
+    _clear_objects(folder, keep=clouds)
     return clouds
+
+
+def _clear_objects(folder: Path, keep: Collection[int]) -> None:
+    """Take out the objects of an earlier result, but for those of the numbers `keep`."""
+    names = {f'object_{number}.ply' for number in keep}
+    for path in folder.glob('object_*.ply'):
+        if path.name not in names:
+            path.unlink()
 
 
 def _write_json(path: Path, content: dict[str, Any]) -> None:
     text = json.dumps(content, indent=1, allow_nan=False, ensure_ascii=False)
     # A row of a matrix on a line; within a string a line never breaks.
     text = re.sub(r'\[\s+([-+.\deE,\s]+?)\s+\]', _row, text)
-    path.write_text(text + '\n', encoding='utf-8')
+    replace_file(path, text + '\n')
 
 
 def _row(found: re.Match[str]) -> str:

@@ -16,6 +16,9 @@ ALLOWED = {
     'segmentation': ('ros_rops.core',),
     'modelling': ('ros_rops.core', 'ros_rops.kernels'),
     'pipeline': ('ros_rops.core', 'ros_rops.kernels'),
+    'intake': (
+        'ros_rops.core', 'ros_rops.pipeline', 'ros_rops.recordings', 'ros_rops.segmentation',
+        'msg_adapters'),
     'reporting': (
         'ros_rops.core', 'ros_rops.pipeline', 'ros_rops.recordings', 'ros_rops.modelling'),
     'msg_adapters': ('ros_rops.core.types', 'ros_rops.core.errors'),
