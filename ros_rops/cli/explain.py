@@ -3,8 +3,9 @@
 """
 Tell where the correspondences of a run were lost, stage by stage.
 
-Without a view: a line a view. With one: every registration it took part in, by itself or within
-an object ("with 3 more"). With two: those that had one on either side.
+Without a view: a line a view. With one: what was cut out of its frame and why, where it came from
+one, and every registration it took part in, by itself or within an object ("with 3 more"). With
+two: those that had one on either side.
 """
 
 import argparse
@@ -16,7 +17,10 @@ from ros_rops.core.errors import ParameterError
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument('folder', type=Path, metavar='RUN', help='run folder')
-    parser.add_argument('views', nargs='*', metavar='VIEW', help='one view, or two')
+    parser.add_argument('views', nargs='*', metavar='VIEW', help='one view or frame, or two views')
+    parser.add_argument(
+        '--picture', type=Path, metavar='FILE.png',
+        help='draw the frame of the one view: its depth, why points were dropped, what was kept')
 
 
 def run(args: argparse.Namespace) -> int:
@@ -25,5 +29,5 @@ def run(args: argparse.Namespace) -> int:
 
     if len(args.views) > 2:
         raise ParameterError(f'VIEW: one or two, got {len(args.views)}')
-    print(explain(args.folder, args.views), end='')
+    print(explain(args.folder, args.views, args.picture), end='')
     return 0

@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from ros_rops.core.errors import InputError, ParameterError
+from ros_rops.reporting.frame_text import draw_record, frame_of, frame_text, FRAMES, record_of
+from ros_rops.reporting.frames import frame_names
 from ros_rops.reporting.table import columns, number
 
 Attempt = Mapping[str, Any]
@@ -18,36 +20,63 @@ STAGES = (
     'distinct')
 
 
-def explain(folder: Path, names: Sequence[str] = ()) -> str:
+def explain(folder: Path, names: Sequence[str] = (), picture: Path | None = None) -> str:
     """
-    Return the explanation of a run, of a view, or of a pair of views.
+    Return the explanation of a run, of a view or frame, or of a pair of views.
 
     Parameters
     ----------
     folder : Path
         A run folder that `write_run` wrote.
     names : sequence of str
-        None, one or two views, by their names or an ending of these that fits one view only.
+        None, one or two views, by their names or an ending of these that fits one view only; one
+        may be a frame that gave no view.
+    picture : Path or None
+        PNG to draw the frame of the one view into.
 
     Raises
     ------
     InputError
-        If the folder's `poses.json` or `trace.json` cannot be read.
+        If the folder's `poses.json`, `trace.json` or a frame's files cannot be read.
     ParameterError
-        If a name fits no view of the run, or several.
+        If a name fits no view of the run, or several, or a picture is asked for of anything but
+        one frame.
     """
     poses, trace = _read(folder / 'poses.json'), _read(folder / 'trace.json')
     try:
         views = {view['name']: view for view in poses['views']}
         attempts = trace['attempts']
+        if len(names) == 1:
+            return _one_text(folder, names[0], views, attempts, picture)
+        if picture is not None:
+            raise ParameterError('--picture: draws the frame of one VIEW, got '
+                                 f'{len(names) or "none"}')
         if not names:
             return _run_text(views, attempts)
         found = [_find(name, views) for name in names]
-        if len(found) == 1:
-            return _view_text(views[found[0]], _of_view(attempts, found[0]))
         return _pair_text([views[name] for name in found], _of_pair(attempts, found))
     except (KeyError, TypeError, AttributeError) as error:
         raise InputError(f'{folder}: is not a run folder of this program ({error!r})') from None
+
+
+def _one_text(
+    folder: Path, name: str, views: Mapping[str, Any], attempts: Sequence[Attempt],
+    picture: Path | None,
+) -> str:
+    """Return what became of the frame of a view, where it was written, and of the view."""
+    frames = folder / FRAMES
+    alone = [one for one in frame_names(frames) if one not in map(frame_of, views)]
+    found = _find(name, [*views, *alone])
+    record = record_of(folder, found)
+    if picture is not None:
+        if record is None:
+            raise ParameterError(f'--picture: {found!r} was not cut from a frame, or the run '
+                                 f'folder has no {FRAMES}/')
+        draw_record(picture, record)
+    text = '' if record is None else frame_text(record.document)
+    if found not in views:
+        return text
+    return text + ('\n' if text else '') + _view_text(views[found], _of_view(attempts, found))
 
 
 def _read(path: Path) -> Any:

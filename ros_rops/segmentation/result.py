@@ -81,8 +81,8 @@ class Segmentation:
     ----------
     frame : Frame
     views : tuple of RangeView
-        In the frame's units, the grid cropped to the object; named as the frame, or
-        '<frame>/0', '<frame>/1', ... where it was split.
+        In the frame's units, the grid cropped to the object if it was segmented; named as the
+        frame, or '<frame>/0', '<frame>/1', ... where it was split.
     labels : (H, W) or (N,) uint8
         `Label` of every point.
     objects : (H, W) or (N,) int16
@@ -104,3 +104,9 @@ class Segmentation:
     plane: PlaneFound | None = None
     segmented: bool = False
     notes: tuple[str, ...] = ()
+
+    @property
+    def untouched(self) -> bool:
+        """Whether everything measured was kept and nothing looked for: the frame is the view."""
+        dropped = sum(self.counts.values()) - self.counts[Label.KEPT] - self.counts[Label.HOLE]
+        return not self.segmented and dropped == 0

@@ -50,9 +50,11 @@ def segment(
     Returns
     -------
     Segmentation
-        Without views where nothing was kept.
+        Without views where nothing was kept. A frame that says which view it is gives that view.
     """
     scan = scan_of(frame)
+    if frame.view is not None:
+        return _as_said(frame, frame.view, scan)
     labels = np.where(scan.measured, np.uint8(Label.KEPT), np.uint8(Label.HOLE))
     notes: tuple[str, ...] = ()
     cut = Cut(np.where(scan.measured, np.int32(1), np.int32(0)))
@@ -65,6 +67,19 @@ def segment(
     if segmented:
         cut = cut_objects(scan, labels, config)
     return _finished(frame, scan, labels, cut, config, segmented, notes + cut.notes)
+
+
+def _as_said(frame: Frame, view: RangeView, scan: Scan) -> Segmentation:
+    labels = np.where(scan.measured, np.uint8(Label.KEPT), np.uint8(Label.HOLE))
+    labels = labels.reshape(frame.points.shape[:-1])
+    return Segmentation(
+        frame, (view,), labels, np.where(labels == Label.KEPT, 0, -1).astype(np.int16),
+        _counts(labels))
+
+
+def _counts(labels: Bytes) -> dict[Label, int]:
+    count = np.bincount(labels.ravel(), minlength=len(Label))
+    return {label: int(count[label]) for label in Label}
 
 
 def _finished(
@@ -82,11 +97,11 @@ def _finished(
     for k in range(chosen):
         name = frame.name if chosen == 1 else f'{frame.name}/{k}'
         views.append(
-            make_view(frame, name, objects == k, scan.sensor, plane, config.most_points))
-    count = np.bincount(labels, minlength=len(Label))
+            make_view(
+                frame, name, objects == k, scan.sensor, plane, segmented, config.most_points))
     return Segmentation(
         frame, tuple(views), labels.reshape(objects.shape), objects,
-        {label: int(count[label]) for label in Label}, found, segmented, notes)
+        _counts(labels), found, segmented, notes)
 
 
 def _chosen(scan: Scan, numbers: Ints, which: str) -> tuple[NDArray, int]:

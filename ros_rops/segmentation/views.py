@@ -11,10 +11,10 @@ from ros_rops.segmentation.reduce import reduce_view
 
 def make_view(
     frame: Frame, name: str, kept: NDArray[np.bool_], sensor: SensorModel,
-    support: SupportPlane | None, most_points: int,
+    support: SupportPlane | None, cropped: bool, most_points: int,
 ) -> RangeView:
     """
-    Return the kept points of a frame as a view, the grid cropped to them.
+    Return the kept points of a frame as a view.
 
     Parameters
     ----------
@@ -23,23 +23,24 @@ def make_view(
     kept : (H, W) or (N,) bool
     sensor : SensorModel
     support : SupportPlane or None
+    cropped : bool
+        Whether the grid is cut down to the kept pixels.
     most_points : int
         More are reduced to about this number; 0 for no limit.
     """
     points = frame.points[kept].astype(np.float64)
     colors: Bytes | None = None if frame.colors is None else frame.colors[kept]
     view = RangeView(
-        name, points, _grid(kept) if frame.organized else None, sensor, colors, frame.units,
+        name, points, _grid(kept, cropped) if frame.organized else None, sensor, colors, frame.units,
         frame.stamp_ns, frame.frame_id, support)
     return reduce_view(view, most_points) if 0 < most_points < len(points) else view
 
 
-def _grid(kept: NDArray[np.bool_]) -> Ints:
-    """Return the index of each kept pixel within their bounding box, -1 elsewhere."""
+def _grid(kept: NDArray[np.bool_], cropped: bool) -> Ints:
+    """Return the index of each kept pixel, -1 elsewhere."""
     rows, columns = np.flatnonzero(kept.any(axis=1)), np.flatnonzero(kept.any(axis=0))
-    if not len(rows):
-        return np.zeros((0, 0), np.int32)
-    box = kept[rows[0]:rows[-1] + 1, columns[0]:columns[-1] + 1]
-    grid = np.full(box.shape, -1, np.int32)
-    grid[box] = np.arange(np.count_nonzero(box), dtype=np.int32)
+    if cropped and len(rows):
+        kept = kept[rows[0]:rows[-1] + 1, columns[0]:columns[-1] + 1]
+    grid = np.full(kept.shape, -1, np.int32)
+    grid[kept] = np.arange(np.count_nonzero(kept), dtype=np.int32)
     return grid

@@ -20,7 +20,8 @@ ALLOWED = {
         'ros_rops.core', 'ros_rops.pipeline', 'ros_rops.recordings', 'ros_rops.segmentation',
         'msg_adapters'),
     'reporting': (
-        'ros_rops.core', 'ros_rops.pipeline', 'ros_rops.recordings', 'ros_rops.modelling'),
+        'ros_rops.core', 'ros_rops.pipeline', 'ros_rops.recordings', 'ros_rops.modelling',
+        'ros_rops.segmentation'),
     'msg_adapters': ('ros_rops.core.types', 'ros_rops.core.errors'),
 }
 ROS = ('rclpy', 'sensor_msgs', 'geometry_msgs', 'std_msgs', 'tf2_ros', 'visualization_msgs',
