@@ -91,6 +91,10 @@ class VerdictConfig(Group):
     misfit: float = param(
         2.0, 'After fine registration a view is taken back whose residual exceeds this multiple '
         'of the most that a pair may have.', low=1.0, high=100.0)
+    conflict: float = param(
+        2.0, 'After fine registration an object is taken apart where two of its views overlap '
+        'and fit worse than this multiple of its median, and worse than a pair may.',
+        low=1.0, high=100.0)
     noise_factor: float = param(
         0.8, "Residual allowed as a multiple of the views' own noise.", low=0.0, high=10.0)
     contradiction: float = param(

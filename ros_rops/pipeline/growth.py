@@ -8,7 +8,7 @@ it plausible, best first; where two fit they become one, which is then a newcome
 left waits, and tries again when the shapes have grown.
 """
 
-from collections.abc import Mapping, MutableMapping
+from collections.abc import Mapping, MutableMapping, Sequence
 from dataclasses import replace
 import time
 
@@ -49,6 +49,7 @@ class Growth:
         self._shapes: dict[int, Shape] = {}
         self._surfaces: dict[str, Surface] = {}
         self._outdated: set[int] = set()
+        self._parted = False
         self._object_ids: dict[int, int] = {}
         self._chances = Chances(config, threads, seconds)
         self._watch = watch
@@ -81,7 +82,8 @@ class Growth:
             Whether two shapes became one.
         """
         before = len(self._shapes)
-        if self._chances.renew(self._outdated):
+        if self._chances.renew(self._outdated) or self._parted:
+            self._parted = False
             self.settle()
         return len(self._shapes) < before
 
@@ -120,6 +122,24 @@ class Growth:
             self._surfaces, poses, self._config, threads=self._threads))
         if len(poses) > 1 and object_id is not None:
             self._object_ids[fresh] = object_id
+
+    def take_apart(self, object_id: int, groups: Sequence[Sequence[str]]) -> None:
+        """Make a shape of each group of an object's views; the first keeps the object's id."""
+        key = next(k for k, number in self._object_ids.items() if number == object_id)
+        poses = self._shapes[key].members
+        self._forget(key)
+        self._parted = True
+        for place, names in enumerate(groups):
+            fresh = self._insert(regrow(
+                self._surfaces, {name: poses[name] for name in names}, self._config,
+                threads=self._threads))
+            if len(names) == 1:
+                self._words.pop(names[0], None)
+            elif place == 0:
+                self._object_ids[fresh] = object_id
+            else:
+                self._object_ids[fresh] = self._next_object
+                self._next_object += 1
 
     def report(self, name: str) -> ViewReport:
         """Return the current word on a view."""

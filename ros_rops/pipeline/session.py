@@ -9,6 +9,7 @@ from types import MappingProxyType
 import numpy as np
 
 from ros_rops.core.config import Config
+from ros_rops.core.consistency import agreeing_groups
 from ros_rops.core.errors import ParameterError, ViewError
 from ros_rops.core.fine import FineResult, FineView, refine_shape
 from ros_rops.core.fine_prior import FinePrior
@@ -22,6 +23,8 @@ from ros_rops.pipeline.reports import ObjectModel, PlacedView, ViewReport
 from ros_rops.pipeline.station import StationWatch
 from ros_rops.pipeline.units import in_units
 
+# What is taken apart could come together again, and so on without end.
+RECONSIDERED = 5
 SECONDS = ('prepare', 'screen', 'match', 'ccv', 'icp', 'quick', 'thorough', 'grow', 'fine')
 
 
@@ -116,7 +119,9 @@ class Session:
         """
         self._growth.settle()
         self._refine_all()
-        while self._growth.reconsider():
+        for _ in range(RECONSIDERED):
+            if not self._growth.reconsider():
+                break
             self._refine_all()
 
     def remove(self, name: str) -> None:
@@ -206,19 +211,21 @@ class Session:
 
     def _refine_all(self) -> None:
         started = time.perf_counter()
-        for object_id in sorted(self._growth.objects()):
-            while self._refine(object_id):
+        done: set[int] = set()
+        while waiting := sorted(self._growth.objects().keys() - done):
+            done.add(waiting[0])
+            while self._refine(waiting[0]):
                 pass
         self._seconds['fine'] += time.perf_counter() - started
 
     def _refine(self, object_id: int) -> bool:
         """
-        Refine the views of an object; take the one back that fits worst, if it does not fit.
+        Refine the views of an object; take apart what contradicts itself, and the worst misfit.
 
         Returns
         -------
         bool
-            Whether a view was taken back, so that the others want refining again.
+            Whether views were taken away, so that the others want refining again.
         """
         shape = self._growth.objects().get(object_id)
         if shape is None:
@@ -229,7 +236,20 @@ class Session:
             self._fits[name] = {
                 'fine_residual_mr': fit.residual_mr, 'fine_stiffness': fit.stiffness}
         self._growth.move(object_id, dict(zip(names, result.poses, strict=True)))
-        return self._take_misfit_back(names, object_id)
+        return (
+            self._take_apart(names, object_id, result)
+            or self._take_misfit_back(names, object_id))
+
+    def _take_apart(self, names: Sequence[str], object_id: int, result: FineResult) -> bool:
+        surfaces = [self._prepared[name].surface for name in names]
+        unit, config = surfaces[0].resolution, self.config.verdict
+        groups = agreeing_groups(
+            result, config.conflict,
+            lambda a, b: residual_limit(surfaces[a], surfaces[b], unit, config))
+        if len(groups) == 1:
+            return False
+        self._growth.take_apart(object_id, [[names[k] for k in group] for group in groups])
+        return True
 
     def _refined(self, object_id: int, shape: Shape, names: Sequence[str]) -> FineResult:
         """Refine with what the station knows, unless the data speak against it."""
