@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ros_rops.core.types import Floats32or64
+
 
 class FormatError(Exception):
     """The bytes are not what they claim to be; the reader adds the file's name."""
@@ -61,6 +63,34 @@ def drop_holes(cloud: Cloud) -> Cloud:
         None if cloud.colors is None else cloud.colors[good],
         cloud.notes,
     )
+
+
+def mark_holes(points: Floats32or64) -> tuple[Floats32or64, tuple[str, ...]]:
+    """
+    Return the points of a message with every hole NaN in all coordinates, and a note if need be.
+
+    Lidar drivers write (0, 0, 0) where nothing came back; one such point may be measured, two
+    cannot.
+
+    Parameters
+    ----------
+    points : (H, W, 3) or (N, 3)
+        Returned as they are, not a copy, if there is nothing to mark.
+    """
+    x, y, z = points[..., 0], points[..., 1], points[..., 2]
+    with np.errstate(invalid='ignore', over='ignore'):
+        holes = ~np.isfinite(x + y) & ~np.isnan(z)
+    nothing = z == 0
+    if nothing.any():
+        nothing &= (x == 0) & (y == 0)
+    count = np.count_nonzero(nothing)
+    if count > 1:
+        holes |= nothing
+    if not holes.any():
+        return points, ()
+    marked = points.copy()
+    marked[holes] = np.nan
+    return marked, (f'{count} points at (0, 0, 0) taken as holes',) if count > 1 else ()
 
 
 def full_grid(height: int, width: int) -> NDArray[np.int32]:

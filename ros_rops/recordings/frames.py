@@ -14,7 +14,7 @@ import numpy as np
 from ros_rops.core.errors import InputError
 from ros_rops.core.frame import Frame
 from ros_rops.core.types import Bytes, Floats32or64, SensorModel, Units
-from ros_rops.recordings.cloud import Cloud, full_grid
+from ros_rops.recordings.cloud import Cloud, full_grid, mark_holes
 from ros_rops.recordings.messages import Cut, Decoder, Storage
 from ros_rops.recordings.pairing import Entry, Pairing
 from ros_rops.recordings.reader import BadView, finish, NotedView
@@ -176,10 +176,13 @@ class _Maker:
         self, entry: Entry
     ) -> tuple[Floats32or64, Bytes | None, SensorModel | None, tuple[str, ...]]:
         points, colors = point_cloud2.decode(entry.message)
+        notes: tuple[str, ...] = ()
+        if entry.facts is None:
+            points, notes = mark_holes(points)
         stated = self._sensor
         if stated == 'auto' and points.ndim == 2 and entry.frame_id.endswith('optical_frame'):
             stated = 'pinhole'  # REP 103: such a frame is the camera's, z forward
-        return points, colors, _stated_sensor(points, stated), ()
+        return points, colors, _stated_sensor(points, stated), notes
 
     def _depth(
         self, entry: Entry
