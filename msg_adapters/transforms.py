@@ -7,10 +7,9 @@ from typing import Any
 
 from msg_adapters.attributes import attribute
 import numpy as np
-from scipy.spatial.transform import Rotation
-
 from ros_rops.core.errors import InputError, ShapeError
 from ros_rops.core.types import Floats
+from scipy.spatial.transform import Rotation
 
 KIND = 'TransformStamped'
 

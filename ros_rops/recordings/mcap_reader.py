@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, IO
 
 from ros_rops.core.errors import InputError
+from ros_rops.recordings.mcap_sequence import Found, Sequence, TornError
 from ros_rops.recordings.messages import Channel, Cut, RawMessage, spelled
 
 
@@ -41,15 +42,15 @@ class McapFile:
 
     def messages(self, topics: frozenset[str]) -> Iterator[RawMessage | Cut]:
         """Yield the messages of `topics` in the order of log time; last a `Cut` if it is cut."""
-        if self._summary is None:
-            records = self._in_sequence()
-        else:
-            records = self._reader().iter_messages(topics=sorted(topics))
+        records = self._in_sequence() if self._summary is None else self._by_index(topics)
         known: dict[int, Channel] = {}
         while True:
             try:
-                schema, channel, message = next(records)
+                schema, channel, time, data = next(records)
             except StopIteration:
+                return
+            except TornError as error:
+                yield Cut(str(error))
                 return
             except Exception as error:  # damaged bytes make the library raise all sorts of things
                 yield Cut(f'{type(error).__name__} {error}'.strip())
@@ -57,7 +58,7 @@ class McapFile:
             if channel.topic in topics:
                 if channel.id not in known:
                     known[channel.id] = _channel(schema, channel)
-                yield RawMessage(known[channel.id], message.log_time, message.data)
+                yield RawMessage(known[channel.id], time, data)
 
     def _counted(self) -> dict[int, Channel]:
         if self._summary is not None:
@@ -69,11 +70,11 @@ class McapFile:
                 for number, channel in self._summary.channels.items()}
         known: dict[int, Channel] = {}
         try:
-            for schema, channel, _ in self._in_sequence():
+            for schema, channel, _, _ in self._in_sequence():
                 one = known.get(channel.id) or replace(_channel(schema, channel), count=0)
                 known[channel.id] = replace(one, count=(one.count or 0) + 1)
-        except Exception:  # the end of what can be read, which `messages` tells of
-            return known
+        except TornError:
+            return known  # the end of what can be read, which `messages` tells of
         return known
 
     def _reader(self) -> Any:
@@ -96,22 +97,12 @@ class McapFile:
             return None
         return summary if summary is not None and _is_complete(summary) else None
 
-    def _in_sequence(self) -> Iterator[tuple[Any, Any, Any]]:
-        """Yield (schema, channel, message) as they stand in the file, without an index."""
-        from mcap.records import Channel as ChannelRecord, Message, Schema
-        from mcap.stream_reader import StreamReader
+    def _in_sequence(self) -> Iterator[Found]:
+        return Sequence(self._stream).messages()
 
-        schemas: dict[int, Any] = {}
-        channels: dict[int, Any] = {}
-        self._stream.seek(0)
-        for record in StreamReader(self._stream, validate_crcs=True).records:
-            if isinstance(record, Schema):
-                schemas[record.id] = record
-            elif isinstance(record, ChannelRecord):
-                channels[record.id] = record
-            elif isinstance(record, Message):
-                channel = channels[record.channel_id]
-                yield schemas.get(channel.schema_id), channel, record
+    def _by_index(self, topics: frozenset[str]) -> Iterator[Found]:
+        for schema, channel, message in self._reader().iter_messages(topics=sorted(topics)):
+            yield schema, channel, message.log_time, memoryview(message.data)
 
 
 def _is_complete(summary: Any) -> bool:

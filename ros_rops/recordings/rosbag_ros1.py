@@ -23,7 +23,7 @@ MESSAGE, CHUNK, CONNECTION = 2, 5, 7
 Record = tuple[dict[bytes, bytes], memoryview]
 
 
-class _Torn(Exception):
+class _TornError(Exception):
     """The bytes end, or make no sense, in the middle of a record."""
 
 
@@ -114,7 +114,7 @@ class Ros1Bag:
                     header, data = _read(stream, size)
                     indexed = indexed or _kind(header) == CONNECTION
                     yield from _taken(header, data, known, topics)
-        except _Torn as error:
+        except _TornError as error:
             yield Cut(str(error))
             return
         if not indexed:
@@ -131,7 +131,7 @@ def _taken(
             content = unpack_chunk(
                 header.get(b'compression', b'').decode('latin-1'), data, _number(header, b'size'))
         except InputError as error:
-            raise _Torn(str(error)) from None
+            raise _TornError(str(error)) from None
         yield from _of_chunk(memoryview(content), known, topics)
     elif _kind(header) == CONNECTION:
         _note(header, data, known)
@@ -169,7 +169,7 @@ def _read(stream: IO[bytes], size: int) -> Record:
     def part() -> bytes:
         length, = struct.unpack('<I', _exactly(stream.read(4), 4))
         if length > size - stream.tell():
-            raise _Torn(f'a record of {length} bytes, {size - stream.tell()} left')
+            raise _TornError(f'a record of {length} bytes, {size - stream.tell()} left')
         return stream.read(length)
 
     return _fields(memoryview(part())), memoryview(part())
@@ -202,7 +202,7 @@ def _part(content: memoryview, at: int) -> tuple[memoryview, int]:
 
 def _exactly(data: Any, size: int) -> Any:
     if len(data) != size:
-        raise _Torn(f'{len(data)} of {size} bytes')
+        raise _TornError(f'{len(data)} of {size} bytes')
     return data
 
 

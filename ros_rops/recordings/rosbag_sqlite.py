@@ -17,7 +17,8 @@ from ros_rops.core.errors import InputError
 from ros_rops.recordings.messages import Channel, Cut, RawMessage, spelled
 
 MAGIC = b'SQLite format 3\0'
-LARGEST_BLOB = 2**31 - 1
+MOST_GAPS = 1000
+"""So many damaged places are stepped over."""
 
 
 class SqliteFile:
@@ -37,6 +38,7 @@ class SqliteFile:
     def __init__(self, path: Path) -> None:
         self._path = path
         self._connection = _connect(path)
+        self._tail = _tail(path)
         try:
             self._channels = self._read_channels()
         except (sqlite3.Error, ValueError, OverflowError) as error:
@@ -62,30 +64,70 @@ class SqliteFile:
         wanted = [number for number, c in self._channels.items() if c.topic in topics]
         cut: Cut | None = None
         order: list[tuple[int, int, int]] = []
-        numbers = ','.join(map(str, wanted))
-        for row in self._scan('timestamp, id, topic_id', f'WHERE topic_id IN ({numbers})'):
+        numbers = ','.join(map(str, wanted)) or '-1'
+        for row in self._scan('timestamp, id, topic_id', f'AND topic_id IN ({numbers})'):
             if isinstance(row, Cut):
                 cut = row
             elif all(isinstance(value, int) for value in row):
                 order.append(row)
+        last = max((number for _, number, _ in order), default=0)
         for time, number, topic in sorted(order):
             try:
-                data = self._connection.execute(
-                    'SELECT data FROM messages WHERE id = ?', (number,)).fetchone()[0]
-                yield RawMessage(self._channels[topic], time, data if data else b'')
-            except (sqlite3.Error, TypeError) as error:
+                data = bytes(self._connection.execute(
+                    'SELECT data FROM messages WHERE id = ?', (number,)).fetchone()[0])
+            except (sqlite3.Error, TypeError, ValueError) as error:
                 cut = cut or Cut(str(error))
+                continue
+            if number == last and self._is_torn(data):
+                cut = cut or Cut('its last page is not whole')
+                continue
+            yield RawMessage(self._channels[topic], time, data)
         if cut is not None:
             yield cut
 
+    def _is_torn(self, data: bytes) -> bool:
+        """Tell whether a message ends in the part page at the end of a broken file."""
+        # sqlite takes what is missing of that page for zeros.
+        return self._tail is not None and data.rstrip(b'\0').endswith(self._tail.rstrip(b'\0'))
+
     def _scan(self, columns: str, where: str) -> Iterator[tuple[int, ...] | Cut]:
-        """Yield rows of the messages as far as they go; last a `Cut` if not to the end."""
-        query = f'SELECT {columns} FROM messages NOT INDEXED {where}'
+        """Yield rows of the messages that can be read; last a `Cut` if there are others."""
+        query = f'SELECT id, {columns} FROM messages NOT INDEXED WHERE id > ? {where}'
+        low: int | None = 0
+        cut: Cut | None = None
+        for _ in range(MOST_GAPS):
+            try:
+                with closing(self._connection.execute(query, (low,))) as rows:
+                    for number, *row in rows:
+                        low = number
+                        yield tuple(row)
+                break
+            except sqlite3.Error as error:
+                cut = Cut(str(error))
+            low = self._behind_gap(low or 0)
+            if low is None:
+                break
+        if cut is not None:
+            yield cut
+
+    def _behind_gap(self, low: int) -> int | None:
+        """Return the least number found behind which messages can be read again."""
+        width = next((2**k for k in range(40) if self._is_sound(low + 2**k)), None)
+        if width is None:
+            return None
+        lost, sound = low + width // 2, low + width
+        while sound - lost > 1:
+            middle = (lost + sound) // 2
+            lost, sound = (lost, middle) if self._is_sound(middle) else (middle, sound)
+        return sound
+
+    def _is_sound(self, low: int) -> bool:
         try:
-            with closing(self._connection.execute(query)) as rows:
-                yield from rows
-        except sqlite3.Error as error:
-            yield Cut(str(error))
+            found = self._connection.execute(
+                'SELECT id FROM messages NOT INDEXED WHERE id > ? LIMIT 1', (low,)).fetchone()
+        except sqlite3.Error:
+            return False
+        return found is not None
 
     def _read_channels(self) -> dict[int, Channel]:
         definitions = self._read_definitions()
@@ -122,3 +164,14 @@ def _connect(path: Path) -> sqlite3.Connection:
     connection.execute('PRAGMA writable_schema = ON')
     connection.text_factory = lambda data: data.decode('utf-8', 'replace')
     return connection
+
+
+def _tail(path: Path) -> bytes | None:
+    """Return what the part page at the end of a broken file holds of a message, or None."""
+    with path.open('rb') as stream:
+        stream.seek(16)
+        size = int.from_bytes(stream.read(2), 'big')
+        part = path.stat().st_size % (65536 if size == 1 else max(size, 512))
+        stream.seek(-part, 2)
+        # The first four bytes are the number of the next page.
+        return stream.read(part)[4:] if part else None

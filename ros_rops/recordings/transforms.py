@@ -10,12 +10,11 @@ from pathlib import Path
 from msg_adapters import transforms
 from msg_adapters.transforms import StampedTransform
 import numpy as np
-from scipy.spatial.transform import Rotation, Slerp
-
 from ros_rops.core.errors import InputError
 from ros_rops.core.types import Floats
 from ros_rops.recordings.messages import Cut, Decoder
 from ros_rops.recordings.storage import open_storage
+from scipy.spatial.transform import Rotation, Slerp
 
 TYPES = frozenset({'tf2_msgs/msg/TFMessage', 'tf/msg/tfMessage'})
 BEYOND_NS = 100_000_000
