@@ -3,7 +3,9 @@
 """What is said while a run is under way: of each frame, and how things stand."""
 
 from collections import Counter
+from collections.abc import Iterator, Mapping
 import time
+from typing import Any
 
 from ros_rops.cli.progress import Progress
 from ros_rops.core.types import Status
@@ -30,18 +32,22 @@ class Live:
         self._progress.step(
             word_on(report), status=f'{self._views or "no view yet"}, {self._rate()}',
             minor=report.word is Word.SKIPPED)
+        self._warn()
+
+    def close(self) -> None:
+        """Say how things stand in the end."""
+        self._warn()
+        if self._frames:
+            frames = f'{self._frames} frame{"" if self._frames == 1 else "s"} read'
+            self._progress.say(f'{frames}, {self._views or "no view"}, {self._rate()}')
+
+    def _warn(self) -> None:
         broken = self._intake.journal.broken
         if broken and not self._warned:
             self._warned = True
             self._progress.tell(
                 f'warning: the journal broke off: {broken}; the run goes on in memory, and what '
                 f'follows is lost if it is killed')
-
-    def close(self) -> None:
-        """Say how things stand in the end."""
-        if self._frames:
-            frames = f'{self._frames} frame{"" if self._frames == 1 else "s"} read'
-            self._progress.say(f'{frames}, {self._views or "no view"}, {self._rate()}')
 
     def _rate(self) -> str:
         seconds = max(time.perf_counter() - self._started, 1e-9)
@@ -67,3 +73,10 @@ def word_on(report: FrameReport) -> str:
         f'{view.name}: {view.status.value}: {view.reason}' if view.object_id is None
         else f'{view.name}: {view.status.value} in object {view.object_id}'
         for view in report.reports)
+
+
+def frame_lines(counts: Mapping[str, Any]) -> Iterator[str]:
+    """Yield how many frames gave no view, by reason; nothing where all did."""
+    for word, reasons in counts['reasons'].items():
+        for reason, count in reasons.items():
+            yield f'{count} of {counts["read"]} frames {word}: {reason}'

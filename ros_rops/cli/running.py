@@ -12,7 +12,7 @@ from typing import Any
 
 from ros_rops import __version__
 from ros_rops.cli.interrupt import Interrupt
-from ros_rops.cli.live import Live
+from ros_rops.cli.live import frame_lines, Live
 from ros_rops.cli.notes import Notes
 from ros_rops.cli.progress import Progress
 from ros_rops.core.config import Config
@@ -189,6 +189,8 @@ class _Running:
         for frame in self._intake.frames:
             notes.add(frame.name, frame.notes)
         for line in notes.lines():
+            print(line, file=sys.stderr)
+        for line in frame_lines(count_words(self._intake.frames)):
             print(line, file=sys.stderr)
         for number, why in self._feed.lost.items():
             _warn(f'{self._sources[number].path}: {why}; it is not read any further')
