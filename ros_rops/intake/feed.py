@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 from functools import cache
 from pathlib import Path
 import time
-from typing import Any
 
 from ros_rops.core.errors import InputError
 from ros_rops.core.frame import Frame
@@ -16,6 +15,7 @@ from ros_rops.intake.past import Past
 from ros_rops.intake.reports import FrameReport, Word
 from ros_rops.recordings.reader import BadView, NotedView
 from ros_rops.recordings.sources import Recording, ViewSource
+from ros_rops.recordings.transforms import read_transforms, TransformTree
 
 Outcome = Frame | NotedView | BadView
 
@@ -133,9 +133,7 @@ def _same(known: str, given: str) -> bool:
 def _lookup(path: Path) -> Lookup:
     """Return where transforms are looked up; the recording is searched for them when asked."""
     @cache
-    def tree() -> Any:
-        from ros_rops.recordings.transforms import read_transforms
-
+    def tree() -> TransformTree | None:
         try:
             return read_transforms(path)
         except InputError:

@@ -1,0 +1,57 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""`rops replay`. Truth: the same views from files, the same run again, what was recorded."""
+
+from dataclasses import replace
+import json
+
+from reference.runs import result, words
+from ros_rops.cli.main import main
+from ros_rops.recordings.sources import find_views
+from ros_rops.recordings.writers import write_view
+
+
+def test_replayed_five_times_it_is_the_same_bytes(recording, whole, tmp_path):
+    for threads in '12121':
+        assert main(words(
+            recording, tmp_path / 'run', '--threads', threads, '--overwrite')) == 0
+        assert result(tmp_path / 'run') == whole.result
+
+
+def test_registering_the_same_views_from_files_gives_the_same(whole, tmp_path):
+    folder = tmp_path / 'views'
+    folder.mkdir()
+    names = []
+    for outcome in find_views([whole.out / 'journal.mcap'])[0].views():
+        view = outcome.view
+        names.append(view.name)
+        write_view(folder / f'{view.stamp_ns}.ply', replace(view, units='m'))
+    out = tmp_path / 'run'
+    assert main(['register', str(folder), '--out', str(out), '--no-picture', '--units', 'm']) == 0
+    expected, found = json.loads(whole.result['poses.json']), json.loads(
+        (out / 'poses.json').read_text(encoding='utf-8'))
+    for one, other in zip(expected['objects'], found['objects'], strict=True):
+        assert [view['T_object_view'] for view in one['views']] == [
+            view['T_object_view'] for view in other['views']]
+    # And from the journal, which is a recording of views, with their names too.
+    assert main(['register', str(whole.out / 'journal.mcap'), '--out', str(out), '--no-picture',
+                 '--overwrite']) == 0
+    assert (out / 'poses.json').read_bytes() == whole.result['poses.json']
+
+
+def test_the_words_on_frames_and_explain(whole, capsys):
+    content = json.loads(whole.result['frames.json'])
+    counts = content['counts']
+    assert (counts['read'], counts['taken'], counts['skipped'], counts['bad']) == (12, 4, 8, 0)
+    assert sum(counts['reasons']['skipped'].values()) == 8
+    assert len(content['frames']) == 12 and all(item['reason'] for item in content['frames'])
+    metrics = json.loads((whole.out / 'metrics.json').read_text(encoding='utf-8'))
+    assert metrics['frames'] == counts and metrics['journal'] == 'whole'
+    assert main(['explain', str(whole.out)]) == 0
+    assert 'points@' in capsys.readouterr().out
+
+
+def test_files_are_refused_by_replay(tmp_path, capsys):
+    (tmp_path / 'a.xyz').write_text('0 0 1\n', encoding='utf-8')
+    assert main(['replay', str(tmp_path / 'a.xyz'), '--out', str(tmp_path / 'run')]) == 2
+    assert 'is no recording' in capsys.readouterr().err
