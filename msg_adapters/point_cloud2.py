@@ -95,8 +95,9 @@ def _points(data: memoryview, layout: Layout) -> Floats32or64:
     if together:
         return _together(data, layout, x.offset)
     xyz = np.empty((layout.height, layout.width, 3), np.float32 if single else np.float64)
-    for k, field in enumerate((x, y, z)):
-        xyz[..., k] = _channel(data, layout, field)
+    with np.errstate(invalid='ignore'):  # holes may be signalling NaN
+        for k, field in enumerate((x, y, z)):
+            xyz[..., k] = _channel(data, layout, field)
     return xyz
 
 

@@ -80,9 +80,9 @@ def mark_holes(points: Floats32or64) -> tuple[Floats32or64, tuple[str, ...]]:
     x, y, z = points[..., 0], points[..., 1], points[..., 2]
     with np.errstate(invalid='ignore', over='ignore'):
         holes = ~np.isfinite(x + y) & ~np.isnan(z)
-    nothing = z == 0
-    if nothing.any():
-        nothing &= (x == 0) & (y == 0)
+        nothing = z == 0
+        if nothing.any():
+            nothing &= (x == 0) & (y == 0)
     count = np.count_nonzero(nothing)
     if count > 1:
         holes |= nothing

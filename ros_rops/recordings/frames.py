@@ -94,7 +94,8 @@ def frame_view(frame: Frame) -> NotedView:
         return NotedView(frame.view, tuple(f'{frame.name}: {note}' for note in frame.notes))
     grid = full_grid(*frame.points.shape[:2]) if frame.organized else None
     colors = None if frame.colors is None else frame.colors.reshape(-1, 3)
-    points = frame.points.reshape(-1, 3).astype(np.float64)
+    with np.errstate(invalid='ignore'):  # holes may be signalling NaN
+        points = frame.points.reshape(-1, 3).astype(np.float64)
     noted = finish(
         frame.name, Cloud(points, grid, colors, frame.notes),
         units='auto' if frame.units == 'unknown' else frame.units, sensor=frame.sensor or 'auto')
