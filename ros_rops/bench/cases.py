@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from ros_rops.bench import feature_quality, multiview, pairwise, synthetic
+from ros_rops.bench import feature_quality, multiview, pairwise, synthetic, turntable
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +28,9 @@ CASES = {
     'synthetic': Case(
         'views rendered from a mesh, poses exact, with noise, through a session',
         synthetic.add_arguments, synthetic.run),
+    'turntable': Case(
+        'a simulated station: recorded, read back, through a session; poses exact',
+        turntable.add_arguments, turntable.run),
     'descriptor': Case(
         'how often the nearest feature of the other view is the right one',
         feature_quality.add_arguments, feature_quality.run),
