@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ros_rops.core.types import Floats32or64
+from ros_rops.recordings.view_facts import ViewFacts
 
 
 class FormatError(Exception):
@@ -34,12 +35,15 @@ class Cloud:
         Red, green, blue.
     notes : tuple of str
         What the parser had to assume, one sentence each.
+    facts : ViewFacts or None
+        What this package wrote into the file beside the points.
     """
 
     points: NDArray[np.float64]
     grid: NDArray[np.int32] | None = None
     colors: NDArray[np.uint8] | None = None
     notes: tuple[str, ...] = ()
+    facts: ViewFacts | None = None
 
 
 LARGEST = 1e15
@@ -61,7 +65,7 @@ def drop_holes(cloud: Cloud) -> Cloud:
         cloud.points[good],
         None if cloud.grid is None else renumber[cloud.grid],
         None if cloud.colors is None else cloud.colors[good],
-        cloud.notes,
+        cloud.notes, cloud.facts,
     )
 
 

@@ -60,4 +60,6 @@ def read_bytes(path: Path) -> bytes:
 def natural_key(name: str) -> tuple[tuple[int, int, str], ...]:
     """Return a sort key that puts `view2` before `view10`."""
     parts = re.split(r'([0-9]+)', name)
-    return tuple((1, int(p), p) if p.isdigit() else (0, 0, p.lower()) for p in parts if p)
+    return tuple(
+        (1, int(p), p) if p.isascii() and p.isdigit() else (0, 0, p.lower())
+        for p in parts if p)

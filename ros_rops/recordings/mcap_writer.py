@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ros_rops.core.errors import InputError
 from ros_rops.core.frame import Frame
-from ros_rops.core.types import Bytes, Floats, Floats32or64, RangeView
+from ros_rops.core.types import Bytes, Floats32or64, RangeView
 from ros_rops.recordings import cdr, cdr_image
 from ros_rops.recordings.raycast import Camera
 from ros_rops.recordings.view_facts import (
@@ -82,7 +82,7 @@ class McapStream:
             index_types=IndexType.NONE if continued else IndexType.ALL,
             repeat_channels=not continued, repeat_schemas=not continued,
             use_statistics=not continued, use_summary_offsets=not continued)
-        self._schemas: dict[str, int] = {}
+        self._schemas: dict[tuple[str, str], int] = {}
         self._channels: dict[str, int] = {}
         self._sequence: dict[str, int] = {}
         self._latest = 0
@@ -103,7 +103,8 @@ class McapStream:
                 f'{self._name}: cannot be written ({error.strerror or error})') from error
 
     def add(
-        self, topic: str, kind: str, data: bytes, log_time_ns: int, *, latched: bool = False
+        self, topic: str, kind: str, data: bytes, log_time_ns: int, *, latched: bool = False,
+        schema: tuple[str, str] | None = None,
     ) -> None:
         """
         Add a message that is encoded already.
@@ -112,27 +113,33 @@ class McapStream:
         ----------
         topic : str
         kind : str
-            One of `SCHEMAS`.
+            One of `SCHEMAS`, or what `schema` defines.
         data : bytes
         log_time_ns : int
         latched : bool
             Late joiners must see the topic's last message.
+        schema : (str, str) or None
+            Encoding and text of the definition.
         """
         with self._writing():
             if topic not in self._channels:
-                self._channels[topic] = self._register(topic, kind, latched)
+                self._channels[topic] = self._register(
+                    topic, kind, latched, schema or SCHEMAS[kind])
             self._latest = max(self._latest, log_time_ns)
             number = self._sequence[topic] = self._sequence.get(topic, -1) + 1
             self._writer.add_message(
                 self._channels[topic], log_time_ns, data, log_time_ns, number)
 
-    def _register(self, topic: str, kind: str, latched: bool) -> int:
-        encoding, definition = SCHEMAS[kind]
-        if kind not in self._schemas:
-            self._schemas[kind] = self._writer.register_schema(
+    def _register(
+        self, topic: str, kind: str, latched: bool, schema: tuple[str, str]
+    ) -> int:
+        encoding, definition = schema
+        key = (kind, definition)
+        if key not in self._schemas:
+            self._schemas[key] = self._writer.register_schema(
                 kind, encoding, definition.encode())
         channel: int = self._writer.register_channel(
-            topic, 'cdr' if encoding == 'ros2msg' else 'json', self._schemas[kind],
+            topic, 'json' if encoding == 'jsonschema' else 'cdr', self._schemas[key],
             {'offered_qos_profiles': LATCHED} if latched else {})
         return channel
 
@@ -208,8 +215,7 @@ class McapStream:
             stamp_ns if log_time_ns is None else log_time_ns, latched=topic == '/tf_static')
 
     def add_view(
-        self, view: RangeView, *, topic: str = '/points', log_time_ns: int | None = None,
-        object_name: str = '', T_world_view: Floats | None = None,
+        self, view: RangeView, *, topic: str = '/points', log_time_ns: int | None = None
     ) -> None:
         """
         Add a view so that `read_frames` and `frame_view` give it back bit by bit.
@@ -220,16 +226,12 @@ class McapStream:
         topic : str
         log_time_ns : int or None
             The view's stamp if None, or the time of the last message where it has none.
-        object_name : str
-        T_world_view : (4, 4) float64 or None
-            Its pose, where it is known.
         """
         points, colors = organized(view)
         whole = points.ndim == 3 or view.grid is None
         self._add_with_facts(points, colors, log_time_ns, ViewFacts(
             topic, 'view', view.name, view.units, view.sensor, view.stamp_ns, view.frame_id,
-            points.shape[:-1], None if whole else view.grid, view.support, object_name,
-            T_world_view))
+            points.shape[:-1], None if whole else view.grid, view.support))
 
     def add_frame(self, frame: Frame) -> None:
         """Add a frame so that `read_frames` gives it back as it is."""

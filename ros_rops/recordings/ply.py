@@ -12,8 +12,10 @@ import warnings
 import numpy as np
 from numpy.typing import NDArray
 
+from ros_rops.core.errors import InputError
 from ros_rops.recordings.cloud import Cloud, FormatError, to_bytes
 from ros_rops.recordings.ply_lists import Column, ListColumn, read_rows
+from ros_rops.recordings.view_facts import decode_facts, ViewFacts
 
 TYPES = {
     'char': 'i1', 'uchar': 'u1', 'short': 'i2', 'ushort': 'u2', 'int': 'i4', 'uint': 'u4',
@@ -21,6 +23,8 @@ TYPES = {
     'int32': 'i4', 'uint32': 'u4', 'float32': 'f4', 'float64': 'f8',
 }  # fmt: skip
 ORDERS = {'ascii': '', 'binary_little_endian': '<', 'binary_big_endian': '>'}
+FACTS_MARK = 'ros_rops_view'
+"""The comment that follows this word is the JSON of `view_facts`."""
 COLOR_NAMES = (
     ('red', 'green', 'blue'),
     ('diffuse_red', 'diffuse_green', 'diffuse_blue'),
@@ -48,11 +52,12 @@ class Element:
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """What the header says: byte order ('' for ASCII), elements, `obj_info` words."""
+    """What the header says: byte order ('' for ASCII), elements, `obj_info` words, our facts."""
 
     order: str
     elements: list[Element]
     info: dict[str, str]
+    facts: ViewFacts | None = None
 
 
 def parse(data: bytes) -> Cloud:
@@ -78,7 +83,7 @@ def parse(data: bytes) -> Cloud:
             colors = to_bytes(stacked)
             break
     grid = _range_grid(header, tables, len(points))
-    return Cloud(points.astype(np.float64), grid, colors)
+    return Cloud(points.astype(np.float64), grid, colors, facts=header.facts)
 
 
 def parse_mesh(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
@@ -123,11 +128,14 @@ def _read_header(data: bytes) -> tuple[Header, int]:
     order: str | None = None
     elements: list[Element] = []
     info: dict[str, str] = {}
+    facts: ViewFacts | None = None
     for line in data[:end].decode('latin-1').splitlines()[1:]:
         words = line.split()
         match words:
             case ['format', name, *_]:
                 order = ORDERS.get(name)
+            case ['comment', mark, _, *_] if mark == FACTS_MARK:
+                facts = _facts(line.partition(FACTS_MARK)[2])
             case ['obj_info', key, value, *_]:
                 info[key] = value
             case ['element', name, count]:
@@ -140,7 +148,15 @@ def _read_header(data: bytes) -> tuple[Header, int]:
                 raise FormatError(f'has a header line that PLY does not know: {line[:60]!r}')
     if order is None:
         raise FormatError('states no PLY format that exists')
-    return Header(order, elements, info), newline + 1
+    return Header(order, elements, info, facts), newline + 1
+
+
+def _facts(text: str) -> ViewFacts | None:
+    """Return the facts of a comment; None for somebody else's, or damaged."""
+    try:
+        return decode_facts(text.strip().encode('latin-1'))
+    except InputError:
+        return None
 
 
 def _whole(text: str, line: str) -> int:

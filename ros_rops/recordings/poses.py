@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Poses beside the views: `reference_poses.json` and Stanford's `.conf` files."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 import json
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -31,12 +32,18 @@ class Poses:
         By file name.
     objects : dict of str to str
         The object that each view shows, where it is said.
+    note : str
+        Where the poses come from.
+    centres : dict of str to (3,) float64
+        Where the views show several objects at once: the middle of each, in the world.
     """
 
     units: str
     reference: str
     T_world_view: dict[str, Floats]
     objects: dict[str, str]
+    note: str = ''
+    centres: dict[str, Floats] = field(default_factory=dict)
 
 
 def read_poses(path: str | os.PathLike[str]) -> Poses:
@@ -49,12 +56,20 @@ def read_poses(path: str | os.PathLike[str]) -> Poses:
         If the file is no such JSON, its units are unknown or a pose is no rigid 4x4 transform.
     """
     path = Path(path)
+    return parse_poses(read_bytes(path), str(path))
+
+
+def parse_poses(data: bytes, path: str) -> Poses:
+    """Return the poses of a `reference_poses.json`'s bytes; errors as `read_poses`."""
     try:
-        content = json.loads(read_bytes(path))
+        content = json.loads(data)
         units, table = content['units'], content['T_world_view']
         T_world_view = {str(name): np.array(T, dtype=np.float64) for name, T in table.items()}
         objects = {str(k): str(v) for k, v in content.get('objects', {}).items()}
-        reference = str(content.get('reference', ''))
+        centres = {
+            str(k): np.array(v, np.float64).reshape(3)
+            for k, v in content.get('centres', {}).items()}
+        reference, note = str(content.get('reference', '')), str(content.get('note', ''))
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(f'{path}: is not a file of reference poses ({error!r})') from None
     if units not in ('m', 'mm'):
@@ -62,7 +77,20 @@ def read_poses(path: str | os.PathLike[str]) -> Poses:
     for name, T in T_world_view.items():
         if not _is_rigid(T):
             raise InputError(f'{path}: the pose of {name!r} is no rigid 4x4 transform')
-    return Poses(units, reference, T_world_view, objects)
+    return Poses(units, reference, T_world_view, objects, note, centres)
+
+
+def poses_document(poses: Poses) -> dict[str, Any]:
+    """Return the content of `reference_poses.json`; what is empty is left out."""
+    content: dict[str, Any] = {'units': poses.units, 'reference': poses.reference}
+    if poses.note:
+        content['note'] = poses.note
+    if poses.objects:
+        content['objects'] = dict(poses.objects)
+    if poses.centres:
+        content['centres'] = {name: centre.tolist() for name, centre in poses.centres.items()}
+    content['T_world_view'] = {name: T.tolist() for name, T in poses.T_world_view.items()}
+    return content
 
 
 def stated_units(path: Path) -> str | None:

@@ -15,6 +15,7 @@ from ros_rops.recordings.files import kind_of, read_bytes, TEXT_SUFFIXES, VIEW_S
 from ros_rops.recordings.poses import stated_units
 from ros_rops.recordings.sensor import resolve_sensor
 from ros_rops.recordings.units import resolve_units
+from ros_rops.recordings.view_facts import ViewFacts
 
 PARSERS: dict[str, Callable[[bytes], Cloud]] = {
     '.ply': ply.parse,
@@ -22,6 +23,9 @@ PARSERS: dict[str, Callable[[bytes], Cloud]] = {
     '.npz': npz.parse,
     **dict.fromkeys(TEXT_SUFFIXES, text.parse),
 }
+
+
+NO_FACTS = ViewFacts('', 'view', '')
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,9 +80,18 @@ def read_view_noted(
     path: str | os.PathLike[str], *, units: str = 'auto', sensor: str = 'auto'
 ) -> NotedView:
     """Read a view as `read_view` does, and say what was inferred."""
+    return view_of(Path(path), read_cloud(path), units=units, sensor=sensor)
+
+
+def read_cloud(path: str | os.PathLike[str]) -> Cloud:
+    """Return what a view's file holds, before anything is inferred; errors as `read_view`."""
     path = Path(path)
-    cloud = _parse(path, read_bytes(path))
-    if units == 'auto':
+    return _parse(path, read_bytes(path))
+
+
+def view_of(path: Path, cloud: Cloud, *, units: str = 'auto', sensor: str = 'auto') -> NotedView:
+    """Return the view of a file's cloud; parameters and errors as for `read_view`."""
+    if units == 'auto' and cloud.facts is None:
         units = stated_units(path) or 'auto'
     noted = finish(path.name, cloud, units=units, sensor=sensor)
     return replace(noted, notes=tuple(f'{path.name}: {note}' for note in noted.notes))
@@ -123,11 +136,16 @@ def finish(
     ParameterError
         If `units` or `sensor` is none of the choices.
     """
-    clean = drop_holes(cloud)
-    known_units, about_units = resolve_units(clean.points, units)
+    clean, facts = drop_holes(cloud), cloud.facts or NO_FACTS
+    sensor = facts.sensor if facts.sensor and sensor == 'auto' else sensor
+    known_units, about_units = (
+        (facts.units, '') if cloud.facts and units == 'auto'
+        else resolve_units(clean.points, units))
     model, about_sensor = (sensor, '') if isinstance(sensor, SensorModel) else resolve_sensor(
         clean.points, clean.grid, sensor)
-    view = RangeView(name, clean.points, clean.grid, model, clean.colors, known_units)
+    view = RangeView(
+        name, clean.points, clean.grid, model, clean.colors, known_units, facts.stamp_ns,
+        facts.frame_id, facts.support)
     notes = (*clean.notes, about_units, about_sensor)
     return NotedView(view, tuple(note for note in notes if note))
 

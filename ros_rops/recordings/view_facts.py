@@ -33,8 +33,7 @@ SCHEMA = json.dumps({
         'sensor': {'type': ['object', 'null']}, 'stamp_ns': {'type': ['integer', 'null']},
         'frame_id': {'type': 'string'}, 'shape': {'type': 'array'},
         'grid': {'type': ['object', 'null']}, 'support': {'type': ['object', 'null']},
-        'object': {'type': 'string'}, 'T_world_view': {'type': ['array', 'null']},
-        'notes': {'type': 'array'},
+        'notes': {'type': 'array'}, 'log_time_ns': {'type': 'integer'},
     },
 })
 
@@ -56,10 +55,8 @@ class ViewFacts:
         (H, W) if organized, else (N,): a message cannot tell one row from none.
     grid : (H, W) int32 or None
         For a view whose points do not stand in the order of their pixels.
-    object_name : str
-        The object that a view shows, where it is known.
-    T_world_view : (4, 4) float64 or None
-        Exact or reference pose, where it is known.
+    log_time_ns : int or None
+        In a view's file, which has no other place for it.
     """
 
     topic: str
@@ -72,9 +69,8 @@ class ViewFacts:
     shape: tuple[int, ...] = ()
     grid: Ints | None = None
     support: SupportPlane | None = None
-    object_name: str = ''
-    T_world_view: Floats | None = None
     notes: tuple[str, ...] = ()
+    log_time_ns: int | None = None
 
 
 def encode_facts(facts: ViewFacts) -> bytes:
@@ -90,10 +86,8 @@ def encode_facts(facts: ViewFacts) -> bytes:
     if facts.grid is not None:
         packed = base64.b64encode(zlib.compress(facts.grid.astype('<i4').tobytes()))
         content['grid'] = {'shape': list(facts.grid.shape), 'zlib_base64': packed.decode()}
-    if facts.object_name:
-        content['object'] = facts.object_name
-    if facts.T_world_view is not None:
-        content['T_world_view'] = facts.T_world_view.tolist()
+    if facts.log_time_ns is not None:
+        content['log_time_ns'] = facts.log_time_ns
     return json.dumps(content, separators=(',', ':')).encode()
 
 
@@ -108,15 +102,14 @@ def decode_facts(data: bytes) -> ViewFacts:
     """
     try:
         content = json.loads(data)
-        pose = content.get('T_world_view')
         return ViewFacts(
             str(content['topic']), str(content['kind']), str(content['name']),
             units_of(content.get('units', 'unknown')), sensor_of(content.get('sensor')),
             _stamp(content.get('stamp_ns')), str(content.get('frame_id', '')),
             tuple(int(n) for n in content.get('shape', ())), _grid(content.get('grid')),
-            support_of(content.get('support')), str(content.get('object', '')),
-            None if pose is None else np.array(pose, np.float64).reshape(4, 4),
-            tuple(str(note) for note in content.get('notes', ())))
+            support_of(content.get('support')),
+            tuple(str(note) for note in content.get('notes', ())),
+            _stamp(content.get('log_time_ns')))
     except (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError,
             zlib.error, binascii.Error) as error:
         raise InputError(f'{FACTS_TOPIC}: facts that cannot be read ({error!r})') from None

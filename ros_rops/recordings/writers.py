@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 
 from ros_rops.core.errors import InputError, ParameterError, ShapeError
 from ros_rops.core.types import Bytes, Floats, Ints, RangeView
-from ros_rops.recordings.poses import POSES_NAME
+from ros_rops.recordings.ply import FACTS_MARK
+from ros_rops.recordings.poses import Poses, poses_document, POSES_NAME
+from ros_rops.recordings.view_facts import encode_facts, ViewFacts
 
 
 def write_object(
@@ -73,9 +75,18 @@ def write_object(
         raise ParameterError(f'path: {os.fspath(path)!r} ends neither in .ply nor in .npz')
 
 
-def write_view(path: str | os.PathLike[str], view: RangeView) -> None:
+def write_view(
+    path: str | os.PathLike[str], view: RangeView, *, facts: ViewFacts | None = None
+) -> None:
     """
     Write a view as binary PLY (with `range_grid` if organized), or as NPZ.
+
+    Parameters
+    ----------
+    path : path
+    view : RangeView
+    facts : ViewFacts or None
+        PLY only: written as a comment that our reader takes up, sensor, units and stamp with it.
 
     Raises
     ------
@@ -89,7 +100,7 @@ def write_view(path: str | os.PathLike[str], view: RangeView) -> None:
         extra = {'grid': view.grid, 'colors': view.colors}
         _save_npz(path, view.points, {k: v for k, v in extra.items() if v is not None})
     elif kind == '.ply':
-        _write(path, _ply(_columns(view.points, view.colors), view.grid))
+        _write(path, _ply(_columns(view.points, view.colors), view.grid, _comment(facts)))
     else:
         raise ParameterError(f'path: {os.fspath(path)!r} ends neither in .ply nor in .npz')
 
@@ -126,14 +137,8 @@ def write_poses(
     InputError
         If the file cannot be written.
     """
-    content: dict[str, object] = {'units': units, 'reference': reference}
-    if note:
-        content['note'] = note
-    if objects:
-        content['objects'] = dict(objects)
-    if centres:
-        content['centres'] = {name: centre.tolist() for name, centre in centres.items()}
-    content['T_world_view'] = {name: T.tolist() for name, T in T_world_view.items()}
+    content = poses_document(Poses(
+        units, reference, dict(T_world_view), dict(objects or {}), note, dict(centres or {})))
     _write(path, (json.dumps(content, indent=1) + '\n').encode())
 
 
@@ -200,12 +205,22 @@ def _columns(points: Floats, colors: Bytes | None) -> Columns:
     return columns
 
 
-def _ply(columns: Columns, grid: Ints | None = None) -> bytes:
+def _comment(facts: ViewFacts | None) -> str:
+    if facts is None:
+        return ''
+    # A name must not end the header; in JSON the escape is the same character.
+    text = encode_facts(facts).decode().replace('end_header', 'end\\u005fheader')
+    return f'{FACTS_MARK} {text}'
+
+
+def _ply(columns: Columns, grid: Ints | None = None, comment: str = '') -> bytes:
     count = len(columns['x'][1])
     rows = np.empty(count, np.dtype([(n, PLY_DTYPES[kind]) for n, (kind, _) in columns.items()]))
     for name, (_, values) in columns.items():
         rows[name] = values
     lines = ['ply', 'format binary_little_endian 1.0']
+    if comment:
+        lines.append(f'comment {comment}')
     if grid is not None:
         lines += [f'obj_info num_cols {grid.shape[1]}', f'obj_info num_rows {grid.shape[0]}']
     lines.append(f'element vertex {count}')

@@ -221,8 +221,7 @@ def test_nothing_is_left_of_a_failed_file(tmp_path):
 @pytest.mark.parametrize('data', [
     b'', b'{', b'[]', b'{}', b'{"topic":"/p","kind":"view","name":"n","units":"inch"}',
     b'{"topic":"/p","kind":"view","name":"n","sensor":{"kind":"eye"}}',
-    b'{"topic":"/p","kind":"view","name":"n","grid":{"shape":[9,9],"zlib_base64":"eJw="}}',
-    b'{"topic":"/p","kind":"view","name":"n","T_world_view":[1,2]}'])
+    b'{"topic":"/p","kind":"view","name":"n","grid":{"shape":[9,9],"zlib_base64":"eJw="}}'])
 def test_bad_facts_are_refused(data):
     with pytest.raises(InputError, match='facts that cannot be read'):
         decode_facts(data)
