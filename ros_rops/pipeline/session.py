@@ -179,7 +179,7 @@ class Session:
 
     @property
     def station(self) -> Mapping[str, object]:
-        """What was known of the station, found and used; empty if nothing was said of it."""
+        """Return what was known of the station, found and used; empty if nothing was said."""
         return self._watch.facts(self._growth.objects()) if self._watch.active else {}
 
     @property
