@@ -123,8 +123,14 @@ class Growth:
         if len(poses) > 1 and object_id is not None:
             self._object_ids[fresh] = object_id
 
-    def take_apart(self, object_id: int, groups: Sequence[Sequence[str]]) -> None:
-        """Make a shape of each group of an object's views; the first keeps the object's id."""
+    def take_apart(
+        self, object_id: int, groups: Sequence[Sequence[str]], reason: str
+    ) -> None:
+        """
+        Make a shape of each group of an object's views; the first keeps the object's id.
+
+        A view left alone waits; `reason` is the word on it until another place is tried.
+        """
         key = next(k for k, number in self._object_ids.items() if number == object_id)
         poses = self._shapes[key].members
         self._forget(key)
@@ -134,7 +140,8 @@ class Growth:
                 self._surfaces, {name: poses[name] for name in names}, self._config,
                 threads=self._threads))
             if len(names) == 1:
-                self._words.pop(names[0], None)
+                self._words[names[0]] = PairResult(
+                    names[0], f'object {object_id}', Status.REFUSED, None, reason, {})
             elif place == 0:
                 self._object_ids[fresh] = object_id
             else:

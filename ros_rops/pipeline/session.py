@@ -248,7 +248,11 @@ class Session:
             lambda a, b: residual_limit(surfaces[a], surfaces[b], unit, config))
         if len(groups) == 1:
             return False
-        self._growth.take_apart(object_id, [[names[k] for k in group] for group in groups])
+        for name in names:
+            del self._fits[name]
+        self._growth.take_apart(
+            object_id, [[names[k] for k in group] for group in groups],
+            'taken back: it contradicts other views of the object')
         return True
 
     def _refined(self, object_id: int, shape: Shape, names: Sequence[str]) -> FineResult:
@@ -277,11 +281,11 @@ class Session:
         limit = config.misfit * residual_limit(surface, surface, surface.resolution, config)
         if not residuals[worst] > limit:
             return False
-        self._growth.take_back(worst)
-        self._aside[worst] = ViewReport(
-            worst, Status.PENDING, None,
-            f'taken back from object {object_id}: its residual of {residuals[worst]:.2f} mr '
-            f'after fine registration is above {limit:.2f}', dict(self._fits.pop(worst)))
+        del self._fits[worst]
+        others = [name for name in names if name != worst]
+        self._growth.take_apart(object_id, [others, [worst]], (
+            f'taken back: its residual of {residuals[worst]:.2f} mr after fine registration is '
+            f'above {limit:.2f}'))
         return True
 
     def _report(self, name: str) -> ViewReport:
