@@ -23,6 +23,7 @@ VERBS = {
     'resume': 'go on with a run that was killed or interrupted',
     'evaluate': 'judge a run against reference poses',
     'explain': 'tell where the correspondences of a run were lost, stage by stage',
+    'export': 'write the result of a run as a recording for other tools',
     'convert': 'turn scan folders into recordings and back, without loss',
     'simulate': 'capture meshes by a simulated depth camera, with exact poses',
     'bench': 'measure recall, errors and times on data sets',

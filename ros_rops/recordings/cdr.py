@@ -30,6 +30,9 @@ POINT_CLOUD2_SCHEMA = (
     'string name\nuint32 offset\nuint8 datatype\nuint32 count\n'
     + STAMP
 )
+STRING_SCHEMA = 'string data\n'
+MARK = b'\0\1\0\0'
+"""Little-endian CDR, before the body."""
 TF_SCHEMA = (
     'geometry_msgs/TransformStamped[] transforms\n'
     + BREAK + 'geometry_msgs/TransformStamped\n' + HEADER
@@ -85,7 +88,7 @@ class MessageBytes:
 
     def message(self) -> bytes:
         """Return the finished message: little-endian CDR's mark and the body."""
-        return b'\0\1\0\0' + bytes(self._body)
+        return MARK + bytes(self._body)
 
 
 def point_cloud2(values: dict[str, Any], stamp_ns: int, frame_id: str) -> bytes:
@@ -117,3 +120,15 @@ def tf_message(transforms: Sequence[Transform], stamp_ns: int) -> bytes:
         w.put('d', *one.T_parent_child[:3, 3].tolist())
         w.put('d', *Rotation.from_matrix(one.T_parent_child[:3, :3]).as_quat().tolist())
     return w.message()
+
+
+def string_message(text: str) -> bytes:
+    """Return a std_msgs/String."""
+    w = MessageBytes()
+    w.text(text)
+    return w.message()
+
+
+def string_of(data: bytes) -> bytes:
+    """Return the text of a std_msgs/String of `string_message`, or any other bytes as they are."""
+    return data[8:].rstrip(b'\0') if data.startswith(MARK) else data

@@ -16,6 +16,7 @@ import re
 from typing import Any
 
 from ros_rops.core.errors import InputError
+from ros_rops.recordings.cdr import string_of
 from ros_rops.recordings.frames import frame_view, read_frames
 from ros_rops.recordings.mcap_files import create_mcap
 from ros_rops.recordings.messages import Cut
@@ -31,16 +32,8 @@ from ros_rops.recordings.writers import write_poses, write_view
 POINTS = '/points'
 PERIOD_NS = 1_000_000_000
 """Log time between views that have no stamp."""
-POSES_TOPIC, POSES_KIND = '/reference_poses', 'ros_rops/ReferencePoses'
-POSES_SCHEMA = json.dumps({
-    'title': POSES_KIND, 'type': 'object', 'required': ['units', 'T_world_view'],
-    'properties': {
-        'units': {'enum': ['m', 'mm']}, 'reference': {'type': 'string'},
-        'note': {'type': 'string'}, 'objects': {'type': 'object'},
-        'T_world_view': {'type': 'object'},
-    },
-})
-"""One message of the content of a `reference_poses.json`, by the names of the views."""
+POSES_TOPIC = '/reference_poses'
+"""One std_msgs/String: a `reference_poses.json` by the names of the views."""
 UNSAFE = re.compile(r'[^\w.@#+=-]+')
 
 Tell = Callable[[str], None]
@@ -104,9 +97,9 @@ def to_recording(
             poses.add(file.path, facts.name)
             done.views += 1
         if poses.found:
-            mcap.add(
-                POSES_TOPIC, POSES_KIND, json.dumps(poses_document(poses.joined())).encode(), 0,
-                latched=True, schema=('jsonschema', POSES_SCHEMA))
+            mcap.add_text(
+                json.dumps(poses_document(poses.joined())), topic=POSES_TOPIC, log_time_ns=0,
+                latched=True)
     return done
 
 
@@ -228,6 +221,6 @@ def _known_poses(path: Path) -> Poses | None:
         return read_poses(poses_path(path))
     with open_storage(path) as storage:
         for raw in storage.messages(frozenset({POSES_TOPIC})):
-            if not isinstance(raw, Cut) and raw.channel.encoding == 'json':
-                return parse_poses(bytes(raw.data), f'{path}: {POSES_TOPIC}')
+            if not isinstance(raw, Cut):
+                return parse_poses(string_of(bytes(raw.data)), f'{path}: {POSES_TOPIC}')
     return None

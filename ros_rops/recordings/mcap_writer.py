@@ -17,14 +17,14 @@ from ros_rops.core.types import Bytes, Floats32or64, RangeView
 from ros_rops.recordings import cdr, cdr_image
 from ros_rops.recordings.raycast import Camera
 from ros_rops.recordings.view_facts import (
-    encode_facts, FACTS_TOPIC, organized, SCHEMA, SCHEMA_NAME, ViewFacts)
+    encode_facts, FACTS_TOPIC, organized, ViewFacts)
 
 SCHEMAS: dict[str, tuple[str, str]] = {
     'sensor_msgs/msg/PointCloud2': ('ros2msg', cdr.POINT_CLOUD2_SCHEMA),
     'sensor_msgs/msg/Image': ('ros2msg', cdr_image.IMAGE_SCHEMA),
     'sensor_msgs/msg/CameraInfo': ('ros2msg', cdr_image.CAMERA_INFO_SCHEMA),
     'tf2_msgs/msg/TFMessage': ('ros2msg', cdr.TF_SCHEMA),
-    SCHEMA_NAME: ('jsonschema', SCHEMA),
+    'std_msgs/msg/String': ('ros2msg', cdr.STRING_SCHEMA),
     'ros_rops/IntakeEntry': ('jsonschema', '{"title": "ros_rops/IntakeEntry", "type": "object"}'),
 }
 LATCHED = """\
@@ -250,10 +250,17 @@ class McapStream:
         stamp = facts.stamp_ns
         if log_time_ns is None:
             log_time_ns = self._latest if stamp is None or stamp < 0 else stamp
-        self.add(FACTS_TOPIC, SCHEMA_NAME, encode_facts(facts), log_time_ns)
+        self.add_text(encode_facts(facts).decode(), topic=FACTS_TOPIC, log_time_ns=log_time_ns)
         self.add_cloud(
             points, topic=facts.topic, stamp_ns=stamp or 0, frame_id=facts.frame_id,
             log_time_ns=log_time_ns, colors=colors)
+
+    def add_text(
+        self, text: str, *, topic: str, log_time_ns: int, latched: bool = False
+    ) -> None:
+        """Add a std_msgs/String."""
+        self.add(topic, 'std_msgs/msg/String', cdr.string_message(text), log_time_ns,
+                 latched=latched)
 
     def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
         """Add a metadata record about the whole file."""

@@ -7,6 +7,7 @@ PLY: ASCII and binary, Stanford `range_grid`, any property order, colour, unknow
 """
 
 from dataclasses import dataclass
+from typing import Any
 import warnings
 
 import numpy as np
@@ -106,6 +107,21 @@ def parse_mesh(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
     if triangles.size and (triangles.min() < 0 or triangles.max() >= len(points)):
         raise FormatError('has a face that names a vertex which does not exist')
     return points, triangles.astype(np.int32)
+
+
+def parse_vertices(data: bytes) -> dict[str, NDArray[Any]]:
+    """
+    Return all properties of the vertices that are no lists, (N,) each.
+
+    Raises
+    ------
+    FormatError
+        As `parse`.
+    """
+    vertices = _read_tables(data)[1].get('vertex')
+    if vertices is None:
+        raise FormatError('has no element "vertex"')
+    return {name: c for name, c in vertices.items() if isinstance(c, np.ndarray)}
 
 
 def _read_tables(data: bytes) -> tuple[Header, dict[str, dict[str, Column]]]:

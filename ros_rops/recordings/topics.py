@@ -88,7 +88,7 @@ def choose(storage: Storage, named: Sequence[str], decoder: Decoder) -> Plan:
         None if None in counts else sum(count or 0 for count in counts),
         () if named or not clouds else tuple(_unused(channels)),
         frozenset(
-            c.topic for c in channels if c.topic == FACTS_TOPIC and c.encoding == 'json'))
+            c.topic for c in channels if c.topic == FACTS_TOPIC and c.encoding == 'cdr'))
 
 
 def holds(channels: Sequence[Channel]) -> str:

@@ -3,6 +3,8 @@
 """
 What we know of a frame or view and sensor_msgs cannot say, as JSON on a topic of its own.
 
+The JSON stands in a std_msgs/String, which every tool for bags can read and play.
+
 Each message on `/view_facts` belongs to the next message of the topic that it names, and has its
 log time. With it a recording gives back exactly what was written: name, units, sensor, support,
 a missing stamp, the order of the points. Other tools show it, or pass it by.
@@ -22,20 +24,9 @@ from ros_rops.core.errors import InputError, RopsError
 from ros_rops.core.frame import Frame
 from ros_rops.core.types import (
     Bytes, Floats, Floats32or64, Ints, RangeView, SensorModel, SupportPlane, Units)
+from ros_rops.recordings import cdr
 
 FACTS_TOPIC = '/view_facts'
-SCHEMA_NAME = 'ros_rops/ViewFacts'
-SCHEMA = json.dumps({
-    'title': SCHEMA_NAME, 'type': 'object', 'required': ['topic', 'kind', 'name'],
-    'properties': {
-        'topic': {'type': 'string'}, 'kind': {'enum': ['view', 'frame']},
-        'name': {'type': 'string'}, 'units': {'enum': ['m', 'mm', 'unknown']},
-        'sensor': {'type': ['object', 'null']}, 'stamp_ns': {'type': ['integer', 'null']},
-        'frame_id': {'type': 'string'}, 'shape': {'type': 'array'},
-        'grid': {'type': ['object', 'null']}, 'support': {'type': ['object', 'null']},
-        'notes': {'type': 'array'}, 'log_time_ns': {'type': 'integer'},
-    },
-})
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +84,7 @@ def encode_facts(facts: ViewFacts) -> bytes:
 
 def decode_facts(data: bytes) -> ViewFacts:
     """
-    Return the facts that `encode_facts` wrote.
+    Return the facts that `encode_facts` wrote, as they are or in a std_msgs/String.
 
     Raises
     ------
@@ -101,7 +92,7 @@ def decode_facts(data: bytes) -> ViewFacts:
         If the bytes are no such JSON.
     """
     try:
-        content = json.loads(data)
+        content = json.loads(cdr.string_of(data))
         return ViewFacts(
             str(content['topic']), str(content['kind']), str(content['name']),
             units_of(content.get('units', 'unknown')), sensor_of(content.get('sensor')),

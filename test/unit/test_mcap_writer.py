@@ -4,6 +4,7 @@
 
 from dataclasses import replace
 import io
+import json
 
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as hnp
@@ -21,6 +22,7 @@ from ros_rops.recordings.mcap_files import create_mcap
 from ros_rops.recordings.mcap_writer import McapStream
 from ros_rops.recordings.raycast import Camera
 from ros_rops.recordings.view_facts import decode_facts, FACTS_TOPIC, with_facts
+from rosbags.highlevel import AnyReader
 
 FULL_VIEW = RangeView(
     'scan 1.ply', np.array([[0.1, 0.2, 1 / 3], [-0.0, 2.0, 1e-300], [5.0, 1.0, 1e200]]),
@@ -236,3 +238,20 @@ def test_facts_of_another_message_are_refused():
     _, _, message = next(make_reader(stream).iter_messages(topics=FACTS_TOPIC))
     with pytest.raises(InputError, match='contradicts'):
         with_facts(Frame('', np.zeros((5, 5, 3))), decode_facts(message.data))
+
+
+def test_rosbags_reads_what_we_write(tmp_path):
+    with create_mcap(tmp_path / 'a.mcap') as mcap:
+        mcap.add_view(FULL_VIEW)
+        mcap.add_transforms([Transform(np.eye(4), 'a', 'b')], stamp_ns=4)
+        mcap.add_depth(np.ones((3, 4), np.float32), Camera(4, 3, 5.0, 6.0, 1.5, 1.25), topic='/d',
+                       info_topic='/i', stamp_ns=5, frame_id='eye')
+    with AnyReader([tmp_path / 'a.mcap']) as reader:
+        found = {c.topic: reader.deserialize(data, c.msgtype)
+                 for c, _, data in reader.messages()}
+    assert found.keys() == {FACTS_TOPIC, '/points', '/tf', '/i', '/d'}
+    assert json.loads(found[FACTS_TOPIC].data)['name'] == FULL_VIEW.name
+    points, _ = point_cloud2.decode(found['/points'])
+    assert np.isin(FULL_VIEW.points, points).all()
+    assert found['/d'].encoding == '32FC1'
+    assert found['/i'].k[4] == 6.0

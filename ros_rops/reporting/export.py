@@ -1,0 +1,145 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The result of a run as an MCAP recording that RViz, Foxglove and PlotJuggler open.
+
+| topic | what |
+|---|---|
+| `/tf_static` | TFMessage: `object_<id>` to `object_<id>/view_<n>`, n counting in `poses.json` |
+| `/object_<id>/cloud` | PointCloud2: x, y, z, rgb, normal_x, normal_y, normal_z, view_id |
+| `/view_reports` | String, JSON of one view: its word and its numbers, as in `poses.json` |
+
+Lengths are in metres, as ROS has them. Each object is a tree of frames of its own: where objects
+stand to each other, no registration tells.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+import json
+import os
+from pathlib import Path
+import re
+from typing import Any
+
+import numpy as np
+
+from ros_rops.core.errors import InputError
+from ros_rops.core.types import Floats
+from ros_rops.recordings.cdr import Transform
+from ros_rops.recordings.cloud import FormatError
+from ros_rops.recordings.files import read_bytes
+from ros_rops.recordings.mcap_files import create_mcap
+from ros_rops.recordings.mcap_writer import McapStream
+from ros_rops.recordings.ply import parse_vertices
+from ros_rops.reporting.clouds import ObjectCloud
+
+REPORT_TOPIC = '/view_reports'
+LOG_TIME = re.compile(r'@(\d{1,19})(?!.*@\d)')
+
+
+def export_run(folder: str | os.PathLike[str], path: str | os.PathLike[str]) -> dict[str, Any]:
+    """
+    Write the result in a run folder as an MCAP file; return the content of its `poses.json`.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no whole result, or the file cannot be written.
+    """
+    document = _read_document(Path(folder) / 'poses.json')
+    names = [str(view['name']) for view in document['views']]
+    clouds = {
+        int(shape['id']): _read_cloud(Path(folder) / f'object_{shape["id"]}.ply', names)
+        for shape in document['objects']}
+    with create_mcap(path) as mcap:
+        write_result(mcap, document, clouds)
+    return document
+
+
+def write_result(
+    mcap: McapStream, document: Mapping[str, Any], clouds: Mapping[int, ObjectCloud]
+) -> None:
+    """
+    Write poses, clouds and reports.
+
+    Parameters
+    ----------
+    mcap : McapStream
+    document : mapping
+        Content of `poses.json` (`poses_document`).
+    clouds : mapping of int to ObjectCloud
+        By the number of the object; in the document's units.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written.
+    """
+    scale = 0.001 if document['units'] == 'mm' else 1.0
+    place = {view['name']: k for k, view in enumerate(document['views'])}
+    stamp = _stamp([str(view['name']) for view in document['views']])
+    transforms, frames = [], {}
+    for shape in document['objects']:
+        for view in shape['views']:
+            T = np.array(view['T_object_view'], np.float64)
+            T[:3, 3] *= scale
+            frames[view['name']] = f'object_{shape["id"]}/view_{place[view["name"]]:03d}'
+            transforms.append(Transform(T, f'object_{shape["id"]}', frames[view['name']]))
+    if transforms:
+        mcap.add_transforms(transforms, stamp_ns=stamp, topic='/tf_static')
+    for number, cloud in clouds.items():
+        _add_cloud(mcap, number, replace(cloud, points=cloud.points * scale), stamp)
+    for view in document['views']:
+        report = {**view, 'frame_id': frames.get(view['name'], '')}
+        mcap.add_text(json.dumps(report), topic=REPORT_TOPIC, log_time_ns=stamp)
+
+
+def _add_cloud(mcap: McapStream, number: int, cloud: ObjectCloud, stamp: int) -> None:
+    normals = cloud.normals.astype(np.float32)
+    extra = {f'normal_{axis}': normals[:, k] for k, axis in enumerate('xyz')}
+    # Tools read float32 only; it resolves a hundredth of a micrometre at 0.1 m.
+    mcap.add_cloud(
+        cloud.points.astype(np.float32), topic=f'/object_{number}/cloud', stamp_ns=stamp,
+        frame_id=f'object_{number}', colors=cloud.colors,
+        extra={**extra, 'view_id': cloud.view_ids}, latched=True)
+
+
+def _stamp(names: list[str]) -> int:
+    """Return the last log time that the views are named after, or 0."""
+    found = [LOG_TIME.search(name) for name in names]
+    return max((int(one[1]) for one in found if one), default=0)
+
+
+def _read_document(path: Path) -> dict[str, Any]:
+    try:
+        document: dict[str, Any] = json.loads(read_bytes(path))
+        for shape in document['objects']:
+            int(shape['id'])
+            for view in shape['views']:
+                if np.array(view['T_object_view'], np.float64).shape != (4, 4):
+                    raise ValueError(f'the pose of {view["name"]!r} is no 4x4 matrix')
+        known = {view['name'] for view in document['views']}
+        missing = {v['name'] for shape in document['objects'] for v in shape['views']} - known
+        if missing or document['units'] not in ('m', 'mm', 'unknown', None):
+            raise ValueError(f'views {sorted(missing)}, units {document["units"]!r}')
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        raise InputError(f'{path}: is not the poses.json of a run ({error!r})') from None
+    return document
+
+
+def _read_cloud(path: Path, names: list[str]) -> ObjectCloud:
+    try:
+        columns = parse_vertices(read_bytes(path))
+        colors = None
+        if 'red' in columns:
+            colors = np.stack([columns[c] for c in ('red', 'green', 'blue')], axis=1)
+        return ObjectCloud(
+            _columns(columns, 'x', 'y', 'z'), _columns(columns, 'nx', 'ny', 'nz'),
+            None if colors is None else colors.astype(np.uint8),
+            columns['view_id'].astype(np.int32), tuple(names))
+    except (FormatError, KeyError) as error:
+        raise InputError(f'{path}: is not the object of a run ({error})') from None
+
+
+def _columns(columns: Mapping[str, Any], *names: str) -> Floats:
+    return np.stack([columns[name] for name in names], axis=1).astype(np.float64)
