@@ -11,6 +11,7 @@ import time
 from typing import Any
 
 from ros_rops import __version__
+from ros_rops.cli.frame_records import clear_records, FrameRecords
 from ros_rops.cli.interrupt import Interrupt
 from ros_rops.cli.live import frame_lines, Live
 from ros_rops.cli.notes import Notes
@@ -27,6 +28,7 @@ from ros_rops.intake.run_file import (
     read_run_file, RUN_NAME, RunFile, source_of, stamp, what_changed, write_run_file)
 from ros_rops.pipeline.session import Session
 from ros_rops.recordings.sources import Recording, ViewSource
+from ros_rops.reporting.poses import poses_document
 from ros_rops.reporting.run import Refusal, Run
 from ros_rops.reporting.run_folder import prepare_folder, write_run
 from ros_rops.reporting.table import result_table
@@ -44,17 +46,19 @@ def begin(
     ------
     InputError
         If the folder cannot be written, another process works on it, or it holds an unfinished
-        run that is not to be overwritten.
+        run that is not to be overwritten, or an input.
     """
     run_file = RunFile(
         tuple(map(str, inputs)), tuple(stamp(_of(source, topics)) for source in sources), units,
         picture, journal, config.to_flat(), __version__)
     with locked(out, make=True):
+        if str((out / JOURNAL_NAME).resolve()) in {item.path for item in run_file.sources}:
+            raise InputError(f'{out / JOURNAL_NAME}: is an input; it would be written over')
         if not overwrite:
             _spare_unfinished(out)
         prepare_folder(out)
         # Before the new run.json: it must never stand beside the journal of another run.
-        (out / JOURNAL_NAME).unlink(missing_ok=True)
+        _clear(out)
         write_run_file(out, run_file)
         return _Running(out, run_file, threads).finish(None)
 
@@ -76,9 +80,10 @@ def go_on(folder: Path, *, threads: int = 0) -> dict[str, Any] | None:
             _warn(f'the run was begun by ros_rops {run_file.version}, this is {__version__}: the '
                   f'result may differ')
         path = folder / JOURNAL_NAME
-        if not path.exists() and run_file.journal:
+        there = run_file.journal and path.exists()
+        if not there:
             _warn(f'{path}: is missing; the run begins anew')
-        return _Running(folder, run_file, threads).finish(Past(path) if path.exists() else None)
+        return _Running(folder, run_file, threads).finish(Past(path) if there else None)
 
 
 def outcome(document: dict[str, Any], out: Path) -> int:
@@ -92,12 +97,26 @@ def outcome(document: dict[str, Any], out: Path) -> int:
 
 def _spare_unfinished(out: Path) -> None:
     path = out / JOURNAL_NAME
-    if not path.is_file() or not (out / RUN_NAME).is_file():
+    if not path.is_file():
         return
+    if not (out / RUN_NAME).is_file():
+        raise InputError(f'{path}: is there, and of no run; --overwrite writes over it')
     if read_run_file(out).state != 'finished' and any(entry.views for entry in Past(path)):
         raise InputError(
             f'{out}: holds an unfinished run; `rops resume {out}` goes on with it, --overwrite '
             f'gives it up')
+
+
+def _clear(out: Path) -> None:
+    """Take out what an earlier run kept beside its result; nothing of a folder that is none."""
+    if not (out / RUN_NAME).exists():
+        return
+    try:
+        (out / JOURNAL_NAME).unlink(missing_ok=True)
+        clear_records(out)
+    except OSError as error:
+        raise InputError(
+            f'{error.filename or out}: cannot be removed ({error.strerror or error})') from None
 
 
 def _of(source: ViewSource, topics: Sequence[str]) -> ViewSource:
@@ -118,7 +137,9 @@ class _Running:
         self._started = time.perf_counter()
         self._session = Session(
             run_file.config, threads=threads, units=None if units == 'auto' else units)
-        self._intake = Intake(self._session, run_file.config, threads=threads)
+        self._records = FrameRecords(out)
+        self._intake = Intake(
+            self._session, run_file.config, threads=threads, watch=self._records.write)
         self._sources = [source_of(item) for item in run_file.sources]
         self._feed = Feed(self._sources, self._intake, units=units)
         self._recalled = 0
@@ -192,6 +213,8 @@ class _Running:
             print(line, file=sys.stderr)
         for line in frame_lines(count_words(self._intake.frames)):
             print(line, file=sys.stderr)
+        if self._records.broken:
+            _warn(f'{self._records.broken}; `rops explain` cannot tell of the frames that follow')
         for number, why in self._feed.lost.items():
             _warn(f'{self._sources[number].path}: {why}; it is not read any further')
 
@@ -202,7 +225,13 @@ class _Running:
         result = Run(
             self._session, self._run_file.config, intake.order, refusals, self._facts(),
             frames_document(intake.frames), complete)
-        document = write_run(self._out, result, picture=self._run_file.picture)
+        try:
+            document = write_run(self._out, result, picture=self._run_file.picture)
+        except InputError as error:
+            # Hours of a machine may be in it: at least it is seen.
+            print(result_table(poses_document(result)))
+            raise InputError(
+                f'{error}; `rops resume {self._out}` writes the result once it can be') from None
         state = 'finished' if complete else 'partial'
         try:
             write_run_file(self._out, replace(self._run_file, state=state))

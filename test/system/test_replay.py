@@ -5,7 +5,7 @@
 from dataclasses import replace
 import json
 
-from reference.runs import result, words
+from reference.runs import result, unfinish, words
 from ros_rops.cli.main import main
 from ros_rops.recordings.sources import find_views
 from ros_rops.recordings.writers import write_view
@@ -55,3 +55,33 @@ def test_files_are_refused_by_replay(tmp_path, capsys):
     (tmp_path / 'a.xyz').write_text('0 0 1\n', encoding='utf-8')
     assert main(['replay', str(tmp_path / 'a.xyz'), '--out', str(tmp_path / 'run')]) == 2
     assert 'is no recording' in capsys.readouterr().err
+
+
+def test_an_input_that_would_be_written_over_is_refused(whole, tmp_path, capsys):
+    journal = tmp_path / 'journal.mcap'
+    journal.write_bytes((whole.out / 'journal.mcap').read_bytes())
+    for more in ([], ['--overwrite']):
+        assert main(['replay', str(journal), '--out', str(tmp_path), *more]) == 2
+        assert 'journal.mcap: is an input' in capsys.readouterr().err
+    journal.rename(tmp_path / 'other.mcap')
+    journal.write_bytes(b'of somebody')
+    assert main(['replay', str(tmp_path / 'other.mcap'), '--out', str(tmp_path)]) == 2
+    assert 'of no run' in capsys.readouterr().err and journal.read_bytes() == b'of somebody'
+
+
+def test_one_topic_may_be_named_and_a_wrong_one_is_said(recording, whole, tmp_path):
+    out = tmp_path / 'run'
+    assert main(words(recording, out, '--topic', '/camera/points')) == 0
+    assert result(out) == whole.result
+    assert main(words(recording, out, '--topic', '/nothing')) == 1
+    [view] = json.loads((out / 'poses.json').read_text(encoding='utf-8'))['views']
+    assert view['status'] == 'refused' and '/nothing' in view['reason']
+
+
+def test_without_a_journal_a_run_begins_anew(recording, whole, tmp_path, capsys):
+    out = tmp_path / 'run'
+    assert main(words(recording, out, '--no-journal')) == 0
+    assert result(out) == whole.result and not (out / 'journal.mcap').exists()
+    unfinish(out)
+    assert main(['resume', str(out)]) == 0
+    assert 'begins anew' in capsys.readouterr().err and result(out) == whole.result
