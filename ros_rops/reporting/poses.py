@@ -25,7 +25,8 @@ def poses_document(run: Run) -> dict[str, Any]:
         ``name`` and ``T_object_view``, 4x4 rows), ``views`` (all, in order of arrival: ``name``,
         ``status``, ``object``, ``reason``, ``centroid`` of the points in the view's own frame,
         and the numbers of the verdict), ``attempts``; ``complete``, false, where a part of the
-        input was not read.
+        input was not read; ``station``, what was known of it, found and used, where anything was
+        said (parameters `prior.*`).
     """
     session = run.session
     reports = {report.name: report for report in session.reports}
@@ -48,6 +49,8 @@ def poses_document(run: Run) -> dict[str, Any]:
         ],
         'attempts': int(session.attempts),
     }
+    if session.station:
+        document['station'] = plain(session.station)
     return document if run.complete else {**document, 'complete': False}
 
 

@@ -26,7 +26,7 @@ class Run:
     ----------
     session : Session
         Of `ros_rops.pipeline.session`, finished. What is read of it: `reports`, `objects`,
-        `views`, `mesh_resolution`, `units`, `attempts`, `stage_seconds`, `trace`.
+        `views`, `mesh_resolution`, `units`, `attempts`, `stage_seconds`, `trace`, `station`.
     config : Config
         The parameters it ran with.
     order : sequence of str

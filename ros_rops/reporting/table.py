@@ -47,11 +47,38 @@ def summary(document: Mapping[str, Any]) -> str:
         lines.append(
             f'lengths in {document["units"]}; mesh resolution (mr) '
             f'{number(document["mesh_resolution"])} {document["units"]}')
+    lines += _station(document.get('station', {}), document['units'])
     placed = sum(view['status'] == 'placed' for view in views)
     lines.append(
         f'{placed} of {_count(len(views), "view")} placed in {_count(len(objects), "object")}; '
         f'{_count(document["attempts"], "registration")} attempted')
     return '\n'.join(lines) + '\n'
+
+
+def _station(said: Mapping[str, Any], units: str) -> list[str]:
+    """Say what was known of the station, and what came of it."""
+    lines = []
+    known = [name for name in ('plane', 'axis', 'order') if said.get(name)]
+    if said.get('step_deg'):
+        known.append(f'a step of {number(said["step_deg"])} deg')
+    if known:
+        lines.append(f'known of the station: {", ".join(known)}')
+    if 'axis_found' in said:
+        lines.append(_axis(said['axis_found'], units))
+    lines += [
+        f'object {name}: refined without it, for {why}'
+        for name, why in said.get('not_used_to_refine', {}).items()]
+    return lines
+
+
+def _axis(found: Mapping[str, Any] | None, units: str) -> str:
+    if found is None:
+        return 'no common axis was found: it was not used'
+    x, y, z = (f'{value:.4f}' for value in found['direction'])
+    return (
+        f'axis found along ({x}, {y}, {z}) in the frame of the sensor; '
+        f'{found["share_of_motions"]:.0%} of the motions agree, within '
+        f'{number(found["tilt_deg"])} deg and {number(found["distance"])} {units}')
 
 
 def _count(count: int, what: str) -> str:

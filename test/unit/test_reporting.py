@@ -60,7 +60,8 @@ def run():
             numbers={'matches': 20.0, 'refined': 4.0, 'score': 0.01, 'in_front': 0.0}, seconds={})]
     session = SimpleNamespace(
         reports=reports, objects=[SimpleNamespace(id=0, views=placed)], views=views, units='mm',
-        mesh_resolution=np.float64(1.25), attempts=3, stage_seconds={'match': 0.02}, trace=trace)
+        mesh_resolution=np.float64(1.25), attempts=3, stage_seconds={'match': 0.02}, trace=trace,
+        station={})
     return Run(
         session, Config.from_flat({'rops.bins': 6}), ('a.ply', 'bad.ply', 'b.ply', 'c.ply'),
         {'bad.ply': Refusal('bad.ply', 'bad.ply: truncated')}, {'seconds': 1.5})
