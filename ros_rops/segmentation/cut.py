@@ -45,7 +45,7 @@ def cut_objects(scan: Scan, labels: Bytes, config: SegmentationConfig) -> Cut:
     usable = labels == Label.KEPT
     pitch = pitch_of(scan) if scan.shape else (0.0, 0.0)
     support, notes = _support(scan, labels, pitch, config)
-    if support is None and config.when == 'auto':
+    if support is None and config.plane and config.when == 'auto':
         return Cut(usable.astype(np.int32), None, (*notes, 'all that is measured was kept'))
     heights, band = _above(scan, support, config.plane_band)
     up = usable & (heights > band)

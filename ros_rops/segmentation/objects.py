@@ -21,9 +21,9 @@ from scipy.spatial import cKDTree
 
 FRAGMENT = 20
 """A part of fewer points is a speck, even near an object."""
-LOW = 3.0
-"""A part that rises no higher than so many bands of the plane's noise is a wave of the plane."""
-MOST_PARTS = 256
+LOW = 2.0
+"""A part nine tenths of which rise less than so many bands of noise is a wave of the plane."""
+MOST_PARTS = 48
 """The largest parts that are looked at; the others are specks."""
 SAMPLE = 1500
 """Points of a part that tell its place and its distance from others."""
@@ -90,15 +90,21 @@ def group_parts(
     hovering = [part for part in parts if not part.stands]
     if not roots:
         return _merged(hovering, gap, plane), []
-    objects, lost = list(roots), []
-    for part in hovering:
-        apart = [_apart(part.sample, root.sample) for root in roots]
-        best = int(np.argmin(apart))
-        if apart[best] <= roots[best].extent:
-            objects[best] = objects[best].joined(part)
-        else:
-            lost.append(part)
-    return _merged(objects, gap, plane), lost
+    objects = list(roots)
+    apart = np.array([
+        [_apart(part.sample, one.sample, one.extent) for one in roots] for part in hovering])
+    while hovering:
+        # The nearest first: an upper half may hold on to a foot, and what is before it to both.
+        row, best = (int(k) for k in np.unravel_index(int(np.argmin(apart)), apart.shape))
+        if apart[row, best] > objects[best].extent:
+            break
+        joining = hovering.pop(row)
+        objects[best] = objects[best].joined(joining)
+        apart = np.delete(apart, row, axis=0)
+        for k, part in enumerate(hovering):
+            apart[k, best] = min(
+                apart[k, best], _apart(part.sample, joining.sample, objects[best].extent))
+    return _merged(objects, gap, plane), hovering
 
 
 def _merged(objects: list[Part], gap: float, plane: NDArray | None) -> list[Part]:
@@ -113,7 +119,7 @@ def _merged(objects: list[Part], gap: float, plane: NDArray | None) -> list[Part
 
 def _one_object(first: Part, second: Part, gap: float, plane: NDArray | None) -> bool:
     small, large = sorted((first, second), key=lambda part: part.size)
-    apart = _apart(small.sample, large.sample)
+    apart = _apart(small.sample, large.sample, max(gap, large.extent))
     if not small.stands and not large.stands:
         return apart <= large.extent
     if apart <= gap:
@@ -122,8 +128,12 @@ def _one_object(first: Part, second: Part, gap: float, plane: NDArray | None) ->
     return piece and plane is not None and not _seen_between(plane, small, large)
 
 
-def _apart(first: Floats, second: Floats) -> float:
-    """Return the least distance between two sets of points."""
+def _apart(first: Floats, second: Floats, most: float) -> float:
+    """Return the least distance between two sets of points; infinite if surely beyond `most`."""
+    gap = np.maximum(
+        first.min(axis=0) - second.max(axis=0), second.min(axis=0) - first.max(axis=0))
+    if np.linalg.norm(np.maximum(gap, 0.0)) > most:
+        return np.inf
     return float(cKDTree(second).query(first)[0].min())
 
 
@@ -174,7 +184,7 @@ def look_at_parts(
         if support is not None:
             members = _over(scan, members, support, numbers, labels)
         if len(members) >= FRAGMENT and (
-                support is None or (heights[members] > LOW * band[members]).any()):
+                support is None or (heights[members] > LOW * band[members]).mean() > 0.1):
             parts.append(_part(scan, k, members, heights, band, support, step))
     seen = np.zeros(count + 1, bool)
     seen[[part.numbers[0] for part in parts]] = True

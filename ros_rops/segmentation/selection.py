@@ -14,10 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 from ros_rops.core.config import SelectionConfig
 from ros_rops.core.frame import Frame, LARGEST
-from ros_rops.core.types import Floats
+from ros_rops.core.types import Floats, Floats32or64
 
-ACROSS = 128
-"""Samples along the longer side of a raster, about."""
+ACROSS = 80
+"""Cells along the longer side of a raster, about."""
+PER_SIDE = 3
+"""A cell's depth is the median of so many pixels squared."""
+EDGE = 2.5
+"""A cell across which the depth steps by more than so many tolerances is not compared."""
 LEAST_KNOWN = 20
 """Two rasters with fewer common samples cannot be compared: they differ."""
 
@@ -61,6 +65,7 @@ class Selector:
         self._agreeing = 0
         self._taken: Floats | None = None
         self._window: Floats | None = None
+        self._scale = 1.0
 
     def decide(self, frame: Frame) -> Decision:
         """Return whether the frame becomes a view."""
@@ -73,6 +78,7 @@ class Selector:
         return self._still(frame)
 
     def _still(self, frame: Frame) -> Decision:
+        self._scale = 1000.0 if frame.units == 'mm' else 1.0
         raster = self._raster(frame)
         if not np.isfinite(raster).any():
             self._rest, self._agreeing = None, 0
@@ -105,18 +111,15 @@ class Selector:
         known = int(np.count_nonzero(np.isfinite(low)))
         if known < LEAST_KNOWN:
             return 1.0
-        off = np.abs(first - second) > self.config.depth_noise * low
+        # A depth sensor's noise grows faster than the depth: from 1 m on the tolerance does too.
+        limit = self.config.depth_noise * low * np.maximum(1.0, low / self._scale)
+        off = np.abs(first - second) > limit
         return float(np.count_nonzero(off)) / known
 
     def _raster(self, frame: Frame) -> Floats:
         """Return a coarse image of depths, NaN where nothing is measured."""
         if frame.organized:
-            step = max(1, round(max(frame.points.shape[:2]) / ACROSS))
-            thin = frame.points[step // 2::step, step // 2::step]
-            good = np.all(np.abs(thin) <= LARGEST, axis=-1, keepdims=True)
-            thin = np.where(good, thin, np.nan).astype(np.float64)
-            lengths: Floats = np.sqrt((thin**2).sum(axis=-1))
-            return lengths
+            return _medians(frame.points, EDGE * self.config.depth_noise)
         return self._cloud_raster(frame)
 
     def _cloud_raster(self, frame: Frame) -> Floats:
@@ -134,15 +137,53 @@ class Selector:
         inside = (i >= 0) & (i < ACROSS) & (j >= 0) & (j < ACROSS)
         cell = (j * ACROSS + i)[inside]
         count = np.bincount(cell, minlength=ACROSS**2)
-        total = np.bincount(cell, length[inside], ACROSS**2)
-        return np.where(count > 0, total / np.maximum(count, 1), np.nan).reshape(ACROSS, ACROSS)
+        mean = np.bincount(cell, length[inside], ACROSS**2) / np.maximum(count, 1)
+        off = (length[inside] - mean[cell])**2
+        spread = np.sqrt(np.bincount(cell, off, ACROSS**2) / np.maximum(count, 1))
+        # Of a cell halved by a depth edge, the spread is half of the step.
+        known = (count > 0) & (2 * spread <= EDGE * self.config.depth_noise * mean)
+        return np.where(known, mean, np.nan).reshape(ACROSS, ACROSS)
+
+
+def _medians(points: Floats32or64, edge: float) -> Floats:
+    """
+    Return the median distance of some pixels (lower of two) in each block of an image.
+
+    NaN where they differ by more than the share `edge`: across a depth edge noise decides which
+    side is the median.
+    """
+    height, width = points.shape[:2]
+    step = max(1, round(max(height, width) / ACROSS))
+    offsets = np.unique(np.linspace(0, step - 1, min(PER_SIDE, step)).astype(np.int64))
+    rows, columns = max(1, height // step), max(1, width // step)
+    samples = [
+        points[i:i + (rows - 1) * step + 1:step, j:j + (columns - 1) * step + 1:step]
+        for i in offsets for j in offsets]
+    if not points.size:
+        return np.full((1, 1), np.nan)
+    lengths = np.stack([_lengths(sample) for sample in samples])
+    known = np.count_nonzero(np.isfinite(lengths), axis=0)
+    lengths.sort(axis=0)  # NaN comes last
+    middle = np.maximum(known - 1, 0) // 2
+    median = np.take_along_axis(lengths, middle[None], axis=0)[0]
+    largest = np.take_along_axis(lengths, np.maximum(known - 1, 0)[None], axis=0)[0]
+    medians: Floats = np.where(largest - lengths[0] <= edge * median, median, np.nan)
+    return medians
+
+
+def _lengths(points: Floats32or64) -> Floats:
+    """Return the distances of points (..., 3) from the origin, NaN for holes."""
+    good = np.all(np.abs(points) <= LARGEST, axis=-1, keepdims=True)
+    whole = np.where(good, points, np.nan).astype(np.float64)
+    lengths: Floats = np.sqrt((whole**2).sum(axis=-1))
+    return lengths
 
 
 def _window(azimuth: Floats, height: Floats) -> Floats:
     """Return the lower left corner and the cell of a raster around the directions seen first."""
     low = np.array([azimuth.min(), height.min()])
     wide = max(float(np.ptp(azimuth)), float(np.ptp(height)), 1e-6)
-    cell = max(wide / ACROSS, 2.0 * float(np.sqrt(
+    cell = max(wide / ACROSS, PER_SIDE * float(np.sqrt(
         np.ptp(azimuth) * np.ptp(height) / max(len(azimuth), 1))))
     return np.array([*low, cell])
 

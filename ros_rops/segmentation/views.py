@@ -30,9 +30,9 @@ def make_view(
     """
     points = frame.points[kept].astype(np.float64)
     colors: Bytes | None = None if frame.colors is None else frame.colors[kept]
+    grid = _grid(kept, cropped) if frame.organized else None
     view = RangeView(
-        name, points, _grid(kept, cropped) if frame.organized else None, sensor, colors, frame.units,
-        frame.stamp_ns, frame.frame_id, support)
+        name, points, grid, sensor, colors, frame.units, frame.stamp_ns, frame.frame_id, support)
     return reduce_view(view, most_points) if 0 < most_points < len(points) else view
 
 
