@@ -94,7 +94,7 @@ setup(
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
         (f'share/{PACKAGE}/config', ['config/default.yaml', 'config/paper.yaml']),
-        (f'share/{PACKAGE}/bags', ['bags/demo.mcap', 'bags/demo_poses.json']),
+        (f'share/{PACKAGE}/bags', sorted(f'bags/{p.name}' for p in (ROOT / 'bags').iterdir())),
     ],
     install_requires=[
         'matplotlib>=3.8,<4',

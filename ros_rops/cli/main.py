@@ -26,6 +26,7 @@ VERBS = {
     'export': 'write the result of a run as a recording for other tools',
     'convert': 'turn scan folders into recordings and back, without loss',
     'simulate': 'capture meshes by a simulated depth camera, with exact poses',
+    'check-bags': 'check the recordings of bags/: hashes, and that commands make them again',
     'bench': 'measure recall, errors and times on data sets',
     'demo': 'register the recording that ships with the package, and judge it',
     'doctor': 'check this machine and installation',
@@ -57,7 +58,8 @@ def _parser(asked: str) -> argparse.ArgumentParser:
     verbs = parser.add_subparsers(dest='verb', required=True, metavar='VERB')
     for verb, text in VERBS.items():
         # A verb's module docstring is what its own --help says.
-        module = importlib.import_module(f'ros_rops.cli.{verb}') if verb == asked else None
+        module = importlib.import_module(
+            f'ros_rops.cli.{verb.replace("-", "_")}') if verb == asked else None
         sub = verbs.add_parser(
             verb, help=text, description=module.__doc__ if module else None,
             formatter_class=argparse.RawDescriptionHelpFormatter)

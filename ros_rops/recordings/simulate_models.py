@@ -3,6 +3,7 @@
 """Meshes made ready to be captured: upright, in metres, of the size asked for, painted."""
 
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -70,7 +71,7 @@ def _mesh(name: str, up: str, units: str, size: float | None) -> tuple[Floats, I
         kind = name.removeprefix(PROCEDURAL)
         if kind not in OBJECTS:
             raise InputError(f'{name}: the procedural objects are {", ".join(OBJECTS)}')
-        vertices, faces = mesh_of(OBJECTS[kind]())
+        vertices, faces = _procedural(kind)
     else:
         vertices, faces = read_mesh(name)
         if not np.isfinite(vertices).all():
@@ -82,6 +83,11 @@ def _mesh(name: str, up: str, units: str, size: float | None) -> tuple[Floats, I
     if not extent > 0:
         raise InputError(f'{name}: holds no triangle, or one without an extent')
     return vertices * (size / extent if size is not None else 1.0), faces
+
+
+@cache
+def _procedural(kind: str) -> tuple[Floats, Ints]:
+    return mesh_of(OBJECTS[kind]())
 
 
 def _upright(up: str) -> Floats:

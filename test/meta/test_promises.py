@@ -90,8 +90,8 @@ def test_readme_commands_exist():
     assert {'demo', 'test'} <= set(targets)
     for target in targets:
         assert re.search(rf'^{target}:', makefile, re.MULTILINE), target
-    for verb in re.findall(r'^rops (\w+)', blocks, re.MULTILINE):
-        assert (ROOT / 'ros_rops' / 'cli' / f'{verb}.py').is_file(), verb
+    for verb in re.findall(r'^rops ([\w-]+)', blocks, re.MULTILINE):
+        assert (ROOT / 'ros_rops' / 'cli' / f'{verb.replace("-", "_")}.py').is_file(), verb
 
 
 def _seconds(statement: str) -> float:
