@@ -5,14 +5,15 @@
 import array
 import time
 
-from msg_adapters import point_cloud2
+from msg_adapters import depth_image, point_cloud2, transforms
 import numpy as np
 import pytest
 
 rclpy = pytest.importorskip('rclpy', reason='no rclpy on this platform')
+from geometry_msgs.msg import TransformStamped  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.serialization import deserialize_message, serialize_message  # noqa: E402
-from sensor_msgs.msg import PointCloud2, PointField  # noqa: E402
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField  # noqa: E402
 
 HEIGHT, WIDTH, STEP, PADDING = 3, 5, 16, 8
 
@@ -87,3 +88,41 @@ def test_cloud_goes_through_a_topic():
         node.destroy_node()
         rclpy.try_shutdown()
     assert received == [_cloud()]
+
+
+def _image(pixels: np.ndarray, encoding: str) -> Image:
+    data = array.array('B')
+    data.frombytes(pixels.tobytes())
+    return Image(
+        height=pixels.shape[0], width=pixels.shape[1], encoding=encoding, data=data,
+        step=pixels[0].nbytes, is_bigendian=0)
+
+
+def test_adapter_reads_a_real_depth_image():
+    pixels = 1000 + np.arange(HEIGHT * WIDTH, dtype='<u2').reshape(HEIGHT, WIDTH)
+    pixels[1, 2] = 0
+    message = deserialize_message(serialize_message(_image(pixels, '16UC1')), Image)
+    info = CameraInfo(
+        height=HEIGHT, width=WIDTH, distortion_model='plumb_bob', d=[0.0] * 5,
+        k=[10.0, 0.0, 2.0, 0.0, 10.0, 1.0, 0.0, 0.0, 1.0])
+    info = deserialize_message(serialize_message(info), CameraInfo)
+    points = depth_image.backproject(depth_image.decode_depth(message), info)
+    np.testing.assert_allclose(points[2, 4], [0.2 * 1.014, 0.1 * 1.014, 1.014], rtol=1e-6)
+    assert np.isnan(points[1, 2]).all()
+
+
+def test_adapter_reads_a_real_colour_image():
+    rgb = np.arange(HEIGHT * WIDTH * 3, dtype=np.uint8).reshape(HEIGHT, WIDTH, 3)
+    message = deserialize_message(serialize_message(_image(rgb, 'bgr8')), Image)
+    np.testing.assert_array_equal(depth_image.decode_color(message), rgb[..., ::-1])
+
+
+def test_adapter_fills_and_reads_a_real_transform():
+    T = np.eye(4)
+    T[:3] = [[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3]]
+    message = TransformStamped()
+    transforms.fill(message, transforms.StampedTransform('base', 'eye', 5_000_000_007, T))
+    back = deserialize_message(serialize_message(message), TransformStamped)
+    found = transforms.decode_one(back)
+    assert (found.parent, found.child, found.stamp_ns) == ('base', 'eye', 5_000_000_007)
+    np.testing.assert_allclose(found.T_parent_child, T, atol=1e-15)

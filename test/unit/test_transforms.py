@@ -102,7 +102,8 @@ def test_chains_both_ways():
 def test_between_stamps():
     second = SECOND
     tree = TransformTree(moving=[
-        stamped('world', 'eye', pose(4, 90), 3 * second), stamped('world', 'eye', pose(0), second)])
+        stamped('world', 'eye', pose(4, 90), 3 * second),
+        stamped('world', 'eye', pose(0), second)])
     np.testing.assert_allclose(tree.lookup('world', 'eye', 2 * second), pose(2, 45), atol=1e-12)
     np.testing.assert_allclose(
         tree.lookup('eye', 'world', 2 * second), np.linalg.inv(pose(2, 45)), atol=1e-12)
