@@ -5,8 +5,8 @@
 from pathlib import Path
 import tempfile
 import time
-from types import SimpleNamespace
 import tracemalloc
+from types import SimpleNamespace
 
 from hypothesis import given, settings, strategies as st
 from msg_adapters import camera_info, depth_image, point_cloud2, transforms
