@@ -3,6 +3,7 @@
 """tf2_msgs/TFMessage and geometry_msgs/TransformStamped to matrices and back, by names only."""
 
 from dataclasses import dataclass
+import math
 from typing import Any
 
 from msg_adapters.attributes import attribute
@@ -12,6 +13,8 @@ from ros_rops.core.types import Floats
 from scipy.spatial.transform import Rotation
 
 KIND = 'TransformStamped'
+LARGEST = 1e15
+"""A translation beyond this is uninitialised memory."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +60,7 @@ def decode_one(item: Any) -> StampedTransform:
     Raises
     ------
     InputError
-        If it is none, a number is not finite or the quaternion is zero.
+        If it is none, a number is not finite or the quaternion is nowhere near a unit one.
     """
     head, transform = attribute(item, 'header', KIND), attribute(item, 'transform', KIND)
     stamp = attribute(head, 'stamp', KIND)
@@ -66,8 +69,8 @@ def decode_one(item: Any) -> StampedTransform:
         for name in (attribute(head, 'frame_id', KIND), attribute(item, 'child_frame_id', KIND)))
     translation = _numbers(attribute(transform, 'translation', KIND), 'xyz')
     rotation = _numbers(attribute(transform, 'rotation', KIND), 'xyzw')
-    length = float(np.linalg.norm(rotation))
-    if not np.isfinite([*translation, length]).all() or length < 1e-6:
+    length = math.hypot(*rotation)  # numpy's norm overflows
+    if not (1e-6 < length < 1e6 and math.hypot(*translation) < LARGEST):
         raise InputError(f'{KIND}: {parent} to {child} is no transform')
     try:
         time = int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)

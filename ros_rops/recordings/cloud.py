@@ -56,15 +56,19 @@ def drop_holes(cloud: Cloud) -> Cloud:
 
     A point goes if a coordinate is NaN, infinite or beyond `LARGEST`.
     """
-    good = np.asarray((np.abs(cloud.points) <= LARGEST).all(axis=1))
+    good = np.ones(len(cloud.points), np.bool_)
+    with np.errstate(invalid='ignore'):  # column by column: several times as fast
+        for k in range(3):
+            good &= np.abs(cloud.points[:, k]) <= LARGEST
     if good.all():
         return cloud
+    kept = np.flatnonzero(good)
     renumber = np.full(len(good) + 1, -1, np.int32)  # the last entry serves index -1
-    renumber[:-1][good] = np.arange(np.count_nonzero(good), dtype=np.int32)
+    renumber[kept] = np.arange(len(kept), dtype=np.int32)
     return Cloud(
-        cloud.points[good],
+        cloud.points.take(kept, axis=0),
         None if cloud.grid is None else renumber[cloud.grid],
-        None if cloud.colors is None else cloud.colors[good],
+        None if cloud.colors is None else cloud.colors.take(kept, axis=0),
         cloud.notes, cloud.facts,
     )
 

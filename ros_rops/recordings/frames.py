@@ -158,7 +158,10 @@ class _Maker:
 
     def _with_facts(self, frame: Frame, facts: ViewFacts) -> Frame:
         """Return what was written, but for what the caller states otherwise."""
-        written = with_facts(frame, replace(facts, name=frame.name))
+        try:
+            written = with_facts(frame, replace(facts, name=frame.name))
+        except OverflowError:
+            raise InputError('its facts are of no sense') from None
         stated: dict[str, Any] = {}
         if self._stated_units:
             stated['units'] = self._units

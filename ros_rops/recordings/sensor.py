@@ -70,12 +70,13 @@ def _pinhole(points: Floats) -> SensorModel:
 
 
 def _from_grid(points: Floats, grid: Ints) -> tuple[SensorModel, str] | None:
-    rows, columns = np.nonzero(grid >= 0)
-    if len(rows) < 10:
+    measured = np.flatnonzero(grid.reshape(-1) >= 0)
+    if len(measured) < 10:
         return None
-    pick = np.linspace(0, len(rows) - 1, min(SAMPLE, len(rows))).astype(int)
-    pixels = np.stack([columns[pick], rows[pick]], axis=1).astype(np.float64)
-    xyz = points[grid[rows[pick], columns[pick]]]
+    pick = np.linspace(0, len(measured) - 1, min(SAMPLE, len(measured))).astype(int)
+    rows, columns = np.divmod(measured[pick], grid.shape[1])
+    pixels = np.stack([columns, rows], axis=1).astype(np.float64)
+    xyz = points[grid[rows, columns]]
     parallel = _misfit_px(xyz - xyz.mean(axis=0), pixels)
     central = np.inf
     if xyz[:, 2].min() > 0 or xyz[:, 2].max() < 0:

@@ -64,7 +64,7 @@ def test_round_trip():
 
 
 @pytest.mark.parametrize(
-    'quaternion', [(0, 0, 0, 0), (0, 0, 0, math.nan), (math.inf, 0, 0, 1)])
+    'quaternion', [(0, 0, 0, 0), (0, 0, 0, math.nan), (math.inf, 0, 0, 1), (1e200, 0, 0, 1)])
 def test_what_is_no_rotation(quaternion):
     message = transform(7, 'base', 'eye', (1, 2, 3), quaternion).make(NOETIC)
     with pytest.raises(InputError, match='base to eye is no transform'):
