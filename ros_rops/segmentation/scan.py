@@ -13,7 +13,7 @@ Image = NDArray[np.floating]
 
 FORWARD = SensorModel('pinhole', direction=(0.0, 0.0, 1.0))
 BACKWARD = SensorModel('pinhole', direction=(0.0, 0.0, -1.0))
-RAW_BORDER = 0.25
+RAW_BORDER = 0.1
 """A raw frame is measured along at least this share of its border."""
 
 
