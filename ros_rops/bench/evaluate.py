@@ -103,6 +103,8 @@ def known_poses(poses: Poses, run: Run) -> dict[str, KnownView]:
     factor = units_factor(run.units, poses.units)
     if not run.mesh_resolution > 0:
         raise InputError(f'the run states no mesh resolution, got {run.mesh_resolution!r}')
+    if poses.centres:
+        return _known_by_centre(poses, run, factor)
     given = {true: name for name, true in match_names(
         list(run.centroids), list(poses.T_world_view)).items()}
     return {
@@ -111,6 +113,26 @@ def known_poses(poses: Poses, run: Run) -> dict[str, KnownView]:
             run.centroids[given[name]] * factor if name in given else None)
         for name, T in poses.T_world_view.items()
     }
+
+
+def _known_by_centre(poses: Poses, run: Run, factor: float) -> dict[str, KnownView]:
+    """
+    Return the truth of views cut out of frames that show several objects at once.
+
+    A view `<frame>/<k>` shows the object whose centre is nearest to the middle of its points.
+    What the run never cut out is not known: it may have been hidden.
+    """
+    known = {}
+    for name, centroid in run.centroids.items():
+        T = poses.T_world_view.get(name, poses.T_world_view.get(name.rpartition('/')[0]))
+        if T is None:
+            continue
+        place = T[:3, :3] @ (centroid * factor) + T[:3, 3]
+        label = min(
+            poses.centres, key=lambda one: float(np.linalg.norm(poses.centres[one] - place)))
+        known[name] = KnownView(
+            label, T, poses.units, run.mesh_resolution * factor, centroid * factor)
+    return known
 
 
 def rescaled(T: Floats, factor: float) -> Floats:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The recordings in bags/. Truth: their commands, run again."""
 
+import json
 from pathlib import Path
 import shutil
 
@@ -70,3 +71,38 @@ def test_only_our_commands_are_run(tmp_path, capsys):
     (folder / LIST).write_text(text.replace('rops simulate', 'rm simulate'))
     assert main(['check-bags', str(folder)]) == 2
     assert 'no rops simulate' in capsys.readouterr().err
+
+
+def numbers_of(tmp_path: Path, name: str, *options: str) -> dict:
+    """Replay a recording, judge the run by its poses, return the numbers."""
+    run, numbers = tmp_path / 'run', tmp_path / 'numbers.json'
+    assert main(['replay', str(BAGS / f'{name}.mcap'), '--out', str(run), '--no-picture',
+                 *options]) == 0
+    main(['evaluate', str(run), str(BAGS / f'{name}_poses.json'), '--json', str(numbers)])
+    return json.loads(numbers.read_text())
+
+
+@pytest.mark.slow
+def test_two_objects_on_a_table_come_apart(tmp_path):
+    found = numbers_of(tmp_path, 'table')
+    assert found['wrong_placements'] == found['wrong_merges'] == found['splits'] == 0
+    assert found['placed'] >= 20  # of 24 at most; each hides the other once in a turn
+    assert found['mean_rotation_deg'] < 0.3
+    assert found['mean_translation_dres'] < 0.5
+    assert {one['label'] for one in found['objects']} == {'blob', 'bracket'}
+
+
+def test_one_frame_a_stop_is_taken_of_a_turning_table(tmp_path):
+    found = numbers_of(tmp_path, 'turning', '--set', 'selection.method=still')
+    assert found['views'] == 56
+    run = json.loads((tmp_path / 'run' / 'poses.json').read_text())
+    stops = [(int(view['name'].rpartition('@')[2]) - 1_700_000_000_000_000_000) // 10**9
+             for view in run['views']]
+    assert stops == [0, 1, 2, 3, 4, 5]  # a stop and the turn after it take a second
+
+
+@pytest.mark.xfail(reason='three of six coarse views of the bumpy ball are placed 39 deg off: at '
+                   '30 deg a stop and 1.6 mm a pixel one false pair is accepted')
+def test_the_turning_object_is_not_folded(tmp_path):
+    found = numbers_of(tmp_path, 'turning', '--set', 'selection.method=still')
+    assert found['wrong_placements'] == 0
