@@ -103,9 +103,8 @@ def _points(data: memoryview, layout: Layout) -> Floats32or64:
 
 def _together(data: memoryview, layout: Layout, offset: int) -> NDArray[np.float32]:
     """Return x, y, z that lie side by side, each point copied as one item of twelve bytes."""
-    points: NDArray[Any] = np.ndarray(
-        (layout.height, layout.width), 'V12', data, offset,
-        (layout.row_step, layout.point_step))
+    shape, steps = (layout.height, layout.width), (layout.row_step, layout.point_step)
+    points: NDArray[Any] = np.ndarray(shape, 'V12', data, offset, steps)
     xyz = np.ascontiguousarray(points).view(np.float32)
     aligned = xyz if xyz.flags.aligned else xyz.copy()
     return aligned.reshape(layout.height, layout.width, 3)
