@@ -20,7 +20,8 @@ class SelectionConfig(Group):
         3, "The scene is at rest when so many frames in a row agree (method 'still').",
         low=2, high=1000)
     still_s: float = param(
-        0.3, 'And when they span at least this time, by their stamps.', unit='s', low=0.0, high=60.0)
+        0.3, 'And when they span at least this time, by their stamps.', unit='s',
+        low=0.0, high=60.0)
     new_share: float = param(
         0.01, 'The scene is new when this share of the measured places changed their depth since '
         'the last taken frame; half of it between two frames is motion.', low=0.0005, high=0.5)

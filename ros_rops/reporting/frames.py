@@ -108,7 +108,9 @@ def read_frame(folder: Path, name: str) -> FrameRecord | None:
         return None
     try:
         document = json.loads(path.read_text(encoding='utf-8'))
-        with np.load(path.with_suffix('.npz'), allow_pickle=False) as arrays:
+        # Opened here: NumPy leaves a damaged file open.
+        with path.with_suffix('.npz').open('rb') as stream, np.load(
+                stream, allow_pickle=False) as arrays:
             shares = arrays['depth']
             low, high = arrays['limits']
             depth = np.where(
@@ -134,7 +136,7 @@ def frame_names(folder: Path) -> list[str]:
 def file_stem(name: str) -> str:
     """Return a file name for a frame: its own where that is one, else with a checksum added."""
     plain = re.sub(r'[^A-Za-z0-9@._-]+', '_', name.strip('/')).strip('._')[-120:]
-    return plain if plain == name else f'{plain}-{zlib.crc32(name.encode("utf-8")):08x}'
+    return plain if plain and plain == name else f'{plain or "frame"}-{zlib.crc32(name.encode("utf-8")):08x}'
 
 
 def frame_document(segmentation: Segmentation) -> dict[str, Any]:

@@ -25,7 +25,7 @@ LOW = 2.0
 """A part nine tenths of which rise less than so many bands of noise is a wave of the plane."""
 MOST_PARTS = 48
 """The largest parts that are looked at; the others are specks."""
-SAMPLE = 1500
+SAMPLE = 1000
 """Points of a part that tell its place and its distance from others."""
 PIECE = 0.2
 """A piece has at most this share of the points of the part that it belongs to ..."""

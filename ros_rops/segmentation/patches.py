@@ -13,6 +13,8 @@ ACROSS = 80
 """Patches along an organized frame's longer side, about."""
 CELLS = 4000
 """Patches of an unorganized frame, about."""
+SAMPLE = 40_000
+"""Points on which the size of cells is found, at most."""
 LEAST_POINTS = 5
 """A cell of fewer points has no normal."""
 
@@ -133,30 +135,42 @@ def _of_cells(scan: Scan, usable: Bools) -> Patches:
 
 
 def cell_side(points: Floats, wanted: int) -> float:
-    """Return the side of cubic cells of which about `wanted` hold a point."""
-    thin = points[::max(1, len(points) // 200_000)]
-    extent = float(np.ptp(points, axis=0).max())
+    """
+    Return the side of cubic cells of which about `wanted` hold a point.
+
+    Found on a sample that fills few cells well; a surface fills them by the square of their side.
+    """
+    thin = points[::max(1, len(points) // SAMPLE)]
+    extent = float(np.ptp(thin, axis=0).max())
     if extent <= 0:
         return 1.0
+    few = max(1, min(wanted, len(thin) // 20))
     low, high = extent / 4096, extent * 1.001
-    for _ in range(12):
+    for _ in range(10):
         side = float(np.sqrt(low * high))
-        if len(number_cells(thin, side)[1]) > wanted:
+        if len(number_cells(thin, side)[1]) > few:
             low = side
         else:
             high = side
-    return float(np.sqrt(low * high))
+    return float(np.sqrt(low * high * few / wanted))
 
 
 def number_cells(points: Floats, side: float) -> tuple[Ints, NDArray[np.int64]]:
     """Return the cell of each point, numbered along x, then y, then z; and their points."""
-    low = points.min(axis=0)
-    steps = np.floor((points - low) / side).astype(np.int64)
-    span = steps.max(axis=0) + 1
-    key = (steps[:, 0] * span[1] + steps[:, 1]) * span[2] + steps[:, 2]
-    if span.prod() <= max(4 * len(points), 1_000_000):
-        full = np.bincount(key, minlength=int(span.prod()))
-        number = np.cumsum(full > 0) - 1
-        return number[key].astype(np.int32), full[full > 0]
+    steps, span = [], []
+    for k in range(3):
+        column = np.ascontiguousarray(points[:, k])
+        steps.append(((column - column.min()) * (1.0 / side)).astype(np.int64))
+        span.append(int(steps[-1].max()) + 1)
+    key = (steps[0] * span[1] + steps[1]) * span[2] + steps[2]
+    return renumber(key, span[0] * span[1] * span[2])
+
+
+def renumber(key: NDArray[np.int64], most: int) -> tuple[Ints, NDArray[np.int64]]:
+    """Return keys below `most` as numbers without gaps in their order, and how often each is."""
+    if most <= max(16 * len(key), 1_000_000):
+        full = np.bincount(key, minlength=most)
+        number = np.cumsum(full > 0, dtype=np.int32) - np.int32(1)
+        return number[key], full[full > 0]
     _, cell, count = np.unique(key, return_inverse=True, return_counts=True)
     return cell.astype(np.int32).ravel(), count

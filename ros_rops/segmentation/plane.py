@@ -23,7 +23,9 @@ SEEDS = 100
 VOTES = 1500
 """... on so many patches at most."""
 SAMPLE = 10_000
-"""Points that the first rounds of a fit and the noise are measured on, at most."""
+"""Points that the first rounds of a fit and the noise are measured on, at most ..."""
+LAST = 40_000
+"""... and the last round of the fit."""
 PLANES = 4
 """Planes looked for in a frame, at most."""
 TOLERANCE = 0.008
@@ -215,9 +217,9 @@ def _carries(patches: Patches, plane: Plane, members: Bools) -> bool:
 def _refined(
     scan: Scan, plane: Plane, near: NDArray, patch: float, carries: bool
 ) -> Support:
-    """Fit the plane to its points, the noise measured anew each round; the last takes them all."""
+    """Fit the plane to its points, the noise measured anew each round; the last takes most."""
     noise = None
-    for which in (_some(near, SAMPLE), _some(near, SAMPLE), near):
+    for which in (_some(near, SAMPLE), _some(near, SAMPLE), _some(near, LAST)):
         points, depth = scan.columns(which), scan.depth[which]
         limit = TOLERANCE * depth if noise is None else NEAR * noise.at(depth)
         inside = np.abs(height_of(points, plane)) <= limit

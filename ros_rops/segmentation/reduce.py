@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 from ros_rops.core.types import Bytes, Floats, Ints, RangeView
-from ros_rops.segmentation.patches import cell_side, number_cells
+from ros_rops.segmentation.patches import cell_side, number_cells, renumber
 
 DEEP = 4.0
 """Pixels of a block are averaged with the nearest one within so many block widths of depth."""
@@ -50,25 +50,24 @@ def _colors(colors: Bytes | None, cell: NDArray, count: int) -> Bytes | None:
 
 
 def _in_blocks(view: RangeView, grid: Ints, side: int) -> RangeView:
+    height, width = (-(-length // side) for length in grid.shape)
     rows, columns = np.nonzero(grid >= 0)
     index = grid[rows, columns]
-    height, width = (-(-length // side) for length in grid.shape)
     block = (rows // side) * width + columns // side
-    direction = np.asarray(view.sensor.direction)
-    depth = (view.points * direction).sum(axis=1)[index]
+    x, y, z = view.sensor.direction
+    depth = (view.points[:, 0] * x + view.points[:, 1] * y + view.points[:, 2] * z)[index]
     nearest = np.full(height * width, np.inf)
     np.minimum.at(nearest, block, depth)
     # On one surface: not deeper than the block is wide, several times.
-    spread = depth - nearest[block] <= DEEP * side * _pixel(view.points, grid)
-    block, index = block[spread], index[spread]
-    cells, number = np.unique(block, return_inverse=True)
-    number = number.ravel().astype(np.int32)
+    near = depth - nearest[block] <= DEEP * side * _pixel(view.points, grid)
+    block, index = block[near], index[near]
+    number, count = renumber(block, height * width)
     small = np.full(height * width, -1, np.int32)
-    small[cells] = np.arange(len(cells), dtype=np.int32)
+    small[block] = number
     colors = None if view.colors is None else view.colors[index]
     return replace(
-        view, points=_means(view.points[index], number, len(cells)),
-        grid=small.reshape(height, width), colors=_colors(colors, number, len(cells)))
+        view, points=_means(view.points[index], number, len(count)),
+        grid=small.reshape(height, width), colors=_colors(colors, number, len(count)))
 
 
 def _pixel(points: Floats, grid: Ints) -> float:

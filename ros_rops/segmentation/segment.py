@@ -89,7 +89,8 @@ def _finished(
     order, chosen = _chosen(scan, cut.numbers, config.objects if segmented else 'all')
     index = np.full(int(cut.numbers.max(initial=0)) + 1, -1, np.int16)
     index[order[:chosen]] = np.arange(chosen)
-    labels[np.isin(cut.numbers, order[chosen:])] = Label.OTHER_OBJECT
+    if chosen < len(order):
+        labels[np.isin(cut.numbers, order[chosen:])] = Label.OTHER_OBJECT
     objects = index[cut.numbers].reshape(frame.points.shape[:-1])
     found = None if cut.support is None else _plane_found(scan, cut.support)
     plane = None if found is None else found.plane
