@@ -136,7 +136,9 @@ def frame_names(folder: Path) -> list[str]:
 def file_stem(name: str) -> str:
     """Return a file name for a frame: its own where that is one, else with a checksum added."""
     plain = re.sub(r'[^A-Za-z0-9@._-]+', '_', name.strip('/')).strip('._')[-120:]
-    return plain if plain and plain == name else f'{plain or "frame"}-{zlib.crc32(name.encode("utf-8")):08x}'
+    if plain and plain == name:
+        return plain
+    return f'{plain or "frame"}-{zlib.crc32(name.encode("utf-8")):08x}'
 
 
 def frame_document(segmentation: Segmentation) -> dict[str, Any]:
