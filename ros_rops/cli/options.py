@@ -36,6 +36,10 @@ def add_run_arguments(parser: argparse.ArgumentParser) -> None:
         '--topic', dest='topics', action='append', default=[], metavar='NAME',
         help='topic of a recording: point clouds or depth images; may be given again. By default '
         'all point clouds, or where there is none all depth images')
+    parser.add_argument(
+        '--background', type=Path, metavar='RECORDING',
+        help='recording of the station without an object; what its first frame shows is cut out '
+        'of the frames')
     parser.add_argument('--no-picture', action='store_true', help='do not draw picture.png')
     parser.add_argument(
         '--no-journal', action='store_true',

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from ros_rops.cli.options import add_engine_arguments, add_run_arguments, config_of
-from ros_rops.cli.running import begin, outcome
+from ros_rops.cli.runs import begin, outcome
 from ros_rops.core.config import Config
 from ros_rops.recordings.sources import find_views
 
@@ -38,13 +38,14 @@ def run(args: argparse.Namespace) -> int:
     return outcome(register(
         args.inputs, args.out, config_of(args), threads=args.threads, units=args.units,
         topics=args.topics, picture=not args.no_picture, journal=not args.no_journal,
-        overwrite=args.overwrite), args.out)
+        overwrite=args.overwrite,
+        background=args.background), args.out)
 
 
 def register(
     inputs: Sequence[str | Path], out: Path, config: Config, *, threads: int = 0,
     units: str = 'auto', topics: Sequence[str] = (), picture: bool = True, journal: bool = True,
-    overwrite: bool = False,
+    overwrite: bool = False, background: Path | None = None,
 ) -> dict[str, Any]:
     """
     Run a session over `inputs`, write the run folder, return the content of its poses.json.
@@ -58,4 +59,4 @@ def register(
     """
     return begin(
         inputs, find_views(inputs), out, config, threads=threads, units=units, topics=topics,
-        picture=picture, journal=journal, overwrite=overwrite)
+        picture=picture, journal=journal, overwrite=overwrite, background=background)

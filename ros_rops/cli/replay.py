@@ -18,7 +18,7 @@ Exit code 0 if at least one view was placed, 1 if none, 2 for a mistake in the c
 import argparse
 
 from ros_rops.cli.options import add_engine_arguments, add_run_arguments, config_of
-from ros_rops.cli.running import begin, outcome
+from ros_rops.cli.runs import begin, outcome
 from ros_rops.core.errors import InputError
 from ros_rops.recordings.sources import find_views, Recording
 
@@ -41,5 +41,6 @@ def run(args: argparse.Namespace) -> int:
     document = begin(
         args.recordings, sources, args.out, config_of(args), threads=args.threads,
         units=args.units, topics=args.topics, picture=not args.no_picture,
-        journal=not args.no_journal, overwrite=args.overwrite)
+        journal=not args.no_journal, overwrite=args.overwrite,
+        background=args.background)
     return outcome(document, args.out)

@@ -14,7 +14,7 @@ import argparse
 from pathlib import Path
 
 from ros_rops.cli.options import threads_of
-from ros_rops.cli.running import go_on, outcome
+from ros_rops.cli.runs import go_on, outcome
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

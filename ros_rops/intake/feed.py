@@ -144,3 +144,20 @@ def _lookup(path: Path) -> Lookup:
         return None if known is None else known.lookup(target, source, stamp_ns)
 
     return lookup
+
+
+def first_frame(recording: Recording, units: str = 'auto') -> Frame:
+    """
+    Return the first frame of a recording that can be read, for example of the empty station.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    reason = 'it is empty'
+    for outcome in recording.frames(units=units):
+        if isinstance(outcome, Frame):
+            return outcome
+        reason = outcome.reason.removeprefix(f'{recording.path}: ')
+    raise InputError(f'{recording.path}: holds no frame ({reason})')

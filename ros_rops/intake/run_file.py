@@ -70,6 +70,8 @@ class RunFile:
         Whether picture.png is drawn.
     journal : bool
         Whether a journal is kept.
+    background : Stamp or None
+        The recording whose first frame shows the station without an object.
     parameters : mapping
         All, by dotted name.
     version : str
@@ -83,13 +85,14 @@ class RunFile:
     units: str = 'auto'
     picture: bool = True
     journal: bool = True
+    background: Stamp | None = None
     parameters: Mapping[str, Any] = field(default_factory=dict)
     version: str = ''
     state: str = 'running'
 
     @property
     def config(self) -> Config:
-        """The parameters."""
+        """Return the parameters."""
         return Config.from_flat(self.parameters)
 
 
@@ -190,8 +193,9 @@ def _run_file(content: Mapping[str, Any]) -> RunFile:
     found = RunFile(
         _texts(content['inputs']), tuple(map(_stamp_of, content['sources'])),
         str(content['units']), bool(content['picture']),
-        bool(content['journal']), dict(content['parameters']), str(content['version']),
-        str(content['state']))
+        bool(content['journal']),
+        None if content['background'] is None else _stamp_of(content['background']),
+        dict(content['parameters']), str(content['version']), str(content['state']))
     Config.from_flat(found.parameters)
     return found
 

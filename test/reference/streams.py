@@ -11,7 +11,7 @@ from ros_rops.core.frame import Frame
 from ros_rops.recordings.mcap_files import create_mcap
 from ros_rops.recordings.view_facts import organized
 
-START_NS, PERIOD_NS = 1_700_000_000_000_000_000, 33_000_000
+START_NS, PERIOD_NS = 1_700_000_000_000_000_000, 500_000_000
 TOPIC = '/camera/points'
 STILL = ['--set', 'selection.method=still', '--set', 'selection.still_frames=2']
 

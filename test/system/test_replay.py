@@ -5,7 +5,10 @@
 from dataclasses import replace
 import json
 
+import numpy as np
+import pytest
 from reference.runs import result, unfinish, words
+from reference.streams import frames, record
 from ros_rops.cli.main import main
 from ros_rops.recordings.sources import find_views
 from ros_rops.recordings.writers import write_view
@@ -85,3 +88,41 @@ def test_without_a_journal_a_run_begins_anew(recording, whole, tmp_path, capsys)
     unfinish(out)
     assert main(['resume', str(out)]) == 0
     assert 'begins anew' in capsys.readouterr().err and result(out) == whole.result
+
+
+def _before_a_wall(points, object_too):
+    """Return the object before a wall at 3 m, or the wall alone."""
+    height, width = points.shape[:2]
+    v, u = np.mgrid[:height, :width]
+    wall = np.stack([3 * (u - width / 2) / 200, 3 * (v - height / 2) / 200,
+                     np.full(u.shape, 3.0)], axis=-1).astype(np.float32)
+    return np.where(np.isnan(points[..., 2:]) | (not object_too), wall, points)
+
+
+def test_a_background_is_cut_out_and_asked_for_again_on_resume(tmp_path, capsys):
+    made = frames(3, 1, ('bracket',))
+    scene = record(tmp_path / 'scene.mcap', [
+        replace(item, points=_before_a_wall(item.points, True)) for item in made])
+    wall = record(tmp_path / 'wall.mcap', [
+        replace(made[0], points=_before_a_wall(made[0].points, False))])
+    out = tmp_path / 'run'
+    command = ['replay', str(scene), '--out', str(out), '--no-picture', '--background', str(wall),
+               '--set', 'segmentation.plane=false']
+    assert main(command) == 0
+    counts = [json.loads(path.read_text(encoding='utf-8'))['counts']
+              for path in sorted((out / 'frames').glob('*.json'))]
+    for count, item in zip(counts, made, strict=True):
+        measured = np.isfinite(item.points[..., 2])
+        assert count['background'] == pytest.approx(np.count_nonzero(~measured), rel=0.02)
+        assert count['kept'] == pytest.approx(np.count_nonzero(measured), rel=0.05)
+    before = result(out)
+    unfinish(out)
+    wall.rename(tmp_path / 'away')
+    assert main(['resume', str(out)]) == 0  # all is in the journal
+    assert result(out) == before
+    unfinish(out)
+    (out / 'journal.mcap').unlink()
+    assert main(['resume', str(out)]) == 1
+    assert f'its background {wall} is gone' in capsys.readouterr().err
+    assert main([*command[:-2], '--overwrite']) == 2
+    assert 'wall.mcap: no such file' in capsys.readouterr().err

@@ -26,8 +26,8 @@ def sources(tmp_path):
 def test_it_comes_back_as_it_was(sources, tmp_path):
     config = Config.from_flat({'rops.bins': 6, 'selection.method': 'still'})
     written = RunFile(
-        ('a.xyz', 'b.mcap'), tuple(map(stamp, sources)), 'mm', False, True, config.to_flat(),
-        '0.1.0', 'partial')
+        ('a.xyz', 'b.mcap'), tuple(map(stamp, sources)), 'mm', False, True,
+        stamp(sources[1]), config.to_flat(), '0.1.0', 'partial')
     write_run_file(tmp_path, written)
     found = read_run_file(tmp_path)
     assert found == written and found.config == config
