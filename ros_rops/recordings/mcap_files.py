@@ -3,7 +3,7 @@
 """Whole MCAP files: there when they are finished, or not at all."""
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 import os
 from pathlib import Path
 
@@ -41,20 +41,32 @@ def create_mcap(
         If the file cannot be written.
     """
     target = Path(path)
-    device = target.exists() and not target.is_file()  # a pipe, or somebody's folder
-    part = target if device else target.with_name(target.name + '.part')
+    with _saying(path):
+        device = target.exists() and not target.is_file()  # a pipe, or somebody's folder
+        part = target if device else target.with_name(target.name + '.part')
+        stream = part.open('wb')
     try:
-        with part.open('wb') as stream:
-            mcap = McapStream(stream, name=str(path), keep=keep, compressed=compressed)
-            yield mcap
-            mcap.finish()
+        mcap = McapStream(stream, name=str(path), keep=keep, compressed=compressed)
+        yield mcap
+        mcap.finish()
+        with _saying(path):
+            stream.close()
+            if not device:
+                part.replace(target)
+    finally:
+        with suppress(OSError):
+            stream.close()
         if not device:
-            part.replace(target)
+            with suppress(OSError):
+                part.unlink(missing_ok=True)
+
+
+@contextmanager
+def _saying(path: str | os.PathLike[str]) -> Iterator[None]:
+    try:
+        yield
     except OSError as error:
         raise InputError(f'{path}: cannot be written ({error.strerror or error})') from None
-    finally:
-        if not device:
-            part.unlink(missing_ok=True)
 
 
 def write_mcap(

@@ -5,6 +5,7 @@
 from dataclasses import replace
 import io
 import json
+from pathlib import Path
 
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as hnp
@@ -216,8 +217,10 @@ def test_nothing_is_left_of_a_failed_file(tmp_path):
         mcap.add_view(nameless)
     assert path.read_bytes() == b'old'
     assert list(tmp_path.iterdir()) == [path]
-    with pytest.raises(InputError, match='cannot be written'), create_mcap(tmp_path / 'x' / 'y'):
-        pass
+    # A folder that is missing, a file in its place, a device that is full.
+    for bad in (tmp_path / 'x' / 'y', path / 'y', Path('/dev/full')):
+        with pytest.raises(InputError, match='cannot be written'), create_mcap(bad) as mcap:
+            mcap.add_view(FULL_VIEW)
 
 
 @pytest.mark.parametrize('data', [
