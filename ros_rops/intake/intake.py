@@ -11,6 +11,7 @@ from ros_rops.core.types import Floats, RangeView
 from ros_rops.intake.journal import Journal
 from ros_rops.intake.reports import FrameReport, Word
 from ros_rops.pipeline.session import Session
+from ros_rops.recordings.frames import frame_view
 from ros_rops.segmentation.result import Segmentation
 from ros_rops.segmentation.segment import segment
 from ros_rops.segmentation.selection import Selector
@@ -90,6 +91,11 @@ class Intake:
         found = segment(
             frame, self._config.segmentation, background=self._background, lookup=self._lookup,
             threads=self._threads)
+        views = found.views
+        if frame.sensor is None and not found.segmented:
+            # Nothing says that it is a raw frame of a camera: the sensor is told from the points.
+            sensor = frame_view(frame).view.sensor
+            views = tuple(replace(view, sensor=sensor) for view in views)
         if self._watch is not None:
             self._watch(found)
         notes = (*frame.notes, *found.notes)
@@ -99,7 +105,7 @@ class Intake:
                 frame.name, Word.EMPTY, reason, notes=notes, numbers=decision.numbers))
         return self._keep(FrameReport(
             frame.name, Word.TAKEN, decision.reason, tuple(view.name for view in found.views),
-            notes, decision.numbers), found.views)
+            notes, decision.numbers), views)
 
     def take_view(self, view: RangeView, notes: Sequence[str] = ()) -> FrameReport:
         """Take a view as it stands, as files hold them."""

@@ -13,7 +13,9 @@ from ros_rops.recordings.view_facts import organized
 
 START_NS, PERIOD_NS = 1_700_000_000_000_000_000, 500_000_000
 TOPIC = '/camera/points'
-STILL = ['--set', 'selection.method=still', '--set', 'selection.still_frames=2']
+STILL = [
+    '--set', 'selection.method=still', '--set', 'selection.still_frames=2',
+    '--set', 'selection.still_s=0']
 
 
 def frames(scenes=8, repeats=3, names=('blob', 'bracket')):

@@ -115,7 +115,9 @@ def test_gone_on_with_anywhere_the_selection_is_the_same(tmp_path, method):
     """Truth: the words of a run without a break, at every frame where one could be."""
     sources = find_views([
         record(tmp_path / 'a.mcap', frames(2)), record(tmp_path / 'b.mcap', frames(1))])
-    values = {'selection.method': method, 'selection.still_frames': 2, 'selection.stride': 2}
+    values = {
+        'selection.method': method, 'selection.still_frames': 2, 'selection.still_s': 0.0,
+        'selection.stride': 2}
     whole = _words(Feed(sources, _intake(**values)).run())
     assert len(whole) == 9 and {word for _, word in whole} == {Word.TAKEN, Word.SKIPPED}
     for stop in range(10):
