@@ -56,7 +56,7 @@ class Sensor:
 
     @property
     def topic(self) -> str:
-        """The topic that the frames are named after."""
+        """Return the topic that the frames are named after."""
         return POINTS if self.output == 'points' else DEPTH
 
 
