@@ -53,7 +53,7 @@ def test_what_is_written_is_read(cut, tmp_path):
 
 
 def test_every_kind_of_frame_is_drawn(tmp_path):
-    cloud = np.random.default_rng(0).normal(size=(400, 3)) + [0, 0, 5]
+    cloud = np.random.default_rng(0).normal(size=(400, 3)) + np.array([0, 0, 5])
     for k, points in enumerate((cloud, cloud - 5, np.zeros((0, 3)), np.full((4, 5, 3), np.nan),
                                 np.ones((1, 1, 3)), np.ones((3, 2000, 3)), np.ones((7, 3)))):
         path = write_frame(tmp_path, segment(Frame(f'f{k}', points), SegmentationConfig()))
