@@ -6,7 +6,8 @@ import argparse
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from ros_rops.bench import feature_quality, multiview, pairwise, synthetic, turntable
+from ros_rops.bench import (
+    feature_quality, multiview, pairwise, recordings, synthetic, turntable)
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +32,9 @@ CASES = {
     'turntable': Case(
         'a simulated station: recorded, read back, through a session; poses exact',
         turntable.add_arguments, turntable.run),
+    'recordings': Case(
+        'milliseconds from a message to a view, stage by stage',
+        recordings.add_arguments, recordings.run),
     'descriptor': Case(
         'how often the nearest feature of the other view is the right one',
         feature_quality.add_arguments, feature_quality.run),

@@ -55,21 +55,34 @@ def read_frames(
     ParameterError
         If `units` or `sensor` is none of the choices.
     """
+    _check_stated(units, sensor)
+    with open_storage(path) as storage:
+        yield from frames_of(storage, path, topics=topics, units=units, sensor=sensor)
+
+
+def frames_of(
+    storage: Storage, path: Path, *, topics: Sequence[str] = (), units: str = 'auto',
+    sensor: str = 'auto',
+) -> Iterator[Frame | BadView]:
+    """Yield the frames of an open recording, called `path`; all else as `read_frames`."""
+    _check_stated(units, sensor)
+    decoder = Decoder()
+    plan = _chosen(path, storage, topics, decoder)
+    maker = _Maker(plan, units, sensor)
+    pairing = Pairing(plan, decoder, _first_infos(storage, plan, decoder))
+    cuts = []
+    for item in storage.messages(plan.topics):
+        if isinstance(item, Cut):
+            cuts.append(item)
+            continue
+        yield from map(maker.outcome, pairing.add(item))
+    yield from map(maker.outcome, pairing.rest())
+    yield from (maker.cut(path, cut) for cut in cuts)
+
+
+def _check_stated(units: str, sensor: str) -> None:
     resolve_units(np.zeros((0, 3)), units)
     resolve_sensor(np.zeros((0, 3)), None, sensor)
-    with open_storage(path) as storage:
-        decoder = Decoder()
-        plan = _chosen(path, storage, topics, decoder)
-        maker = _Maker(plan, units, sensor)
-        pairing = Pairing(plan, decoder, _first_infos(storage, plan, decoder))
-        cuts = []
-        for item in storage.messages(plan.topics):
-            if isinstance(item, Cut):
-                cuts.append(item)
-                continue
-            yield from map(maker.outcome, pairing.add(item))
-        yield from map(maker.outcome, pairing.rest())
-        yield from (maker.cut(path, cut) for cut in cuts)
 
 
 def count_frames(path: Path, topics: Sequence[str] = ()) -> int:
