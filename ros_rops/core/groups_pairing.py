@@ -91,6 +91,9 @@ class VerdictConfig(Group):
     misfit: float = param(
         2.0, 'After fine registration a view is taken back whose residual exceeds this multiple '
         'of the most that a pair may have.', low=1.0, high=100.0)
+    outlier: float = param(
+        1.9, 'A pose is not believed while its residual exceeds this multiple of the median of '
+        'those by which the two shapes grew.', low=1.0, high=100.0)
     conflict: float = param(
         2.0, 'After fine registration an object is taken apart where two of its views overlap '
         'and fit worse than this multiple of its median, and worse than a pair may.',

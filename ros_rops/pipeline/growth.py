@@ -22,6 +22,7 @@ from ros_rops.pipeline.attempt import Attempt, attempt
 from ros_rops.pipeline.chances import Chance, Chances, pair_of
 from ros_rops.pipeline.reports import ViewReport
 from ros_rops.pipeline.station import StationWatch
+from ros_rops.pipeline.words import outlier, Words
 
 
 class Growth:
@@ -53,7 +54,8 @@ class Growth:
         self._object_ids: dict[int, int] = {}
         self._chances = Chances(config, threads, seconds)
         self._watch = watch
-        self._words: dict[str, PairResult] = {}
+        self._words = Words()
+        self._residuals: dict[int, list[float]] = {}
         self._next_key = 0
         self._next_object = 0
 
@@ -112,7 +114,7 @@ class Growth:
         """Remove a view; what it held together stays together."""
         key = self._key_of(name)
         poses = {k: pose for k, pose in self._shapes[key].members.items() if k != name}
-        self._words.pop(name, None)
+        self._words.forget(name)
         del self._surfaces[name]
         object_id = self._object_ids.get(key)
         self._forget(key)
@@ -140,8 +142,7 @@ class Growth:
                 self._surfaces, {name: poses[name] for name in names}, self._config,
                 threads=self._threads))
             if len(names) == 1:
-                self._words[names[0]] = PairResult(
-                    names[0], f'object {object_id}', Status.REFUSED, None, reason, {})
+                self._words.say(names[0], f'object {object_id}', reason)
             elif place == 0:
                 self._object_ids[fresh] = object_id
             else:
@@ -151,18 +152,7 @@ class Growth:
     def report(self, name: str) -> ViewReport:
         """Return the current word on a view."""
         key = self._key_of(name)
-        word = self._words.get(name)
-        object_id = self._object_ids.get(key)
-        if object_id is not None:
-            reason = word.reason if word else 'the others were registered to it'
-            return ViewReport(
-                name, Status.PLACED, object_id, reason, word.numbers if word else {})
-        if word is None:
-            return ViewReport(
-                name, Status.PENDING, None, 'waits for views that overlap it', {})
-        status = Status.AMBIGUOUS if word.status is Status.AMBIGUOUS else Status.PENDING
-        return ViewReport(
-            name, status, None, f'against {word.target}: {word.reason}', word.numbers)
+        return self._words.report(name, self._object_ids.get(key))
 
     def _grow_from(self, key: int, least: float) -> None:
         """
@@ -215,6 +205,13 @@ class Growth:
             record, source_views=tuple(small.members), target_views=tuple(large.members))
         for stage, seconds in record.seconds.items():
             self._seconds[stage] += seconds
+        past = [
+            *self._residuals.get(chance.smaller, ()), *self._residuals.get(chance.larger, ())]
+        objection = outlier(result, past, self._config.verdict.outlier)
+        if objection:
+            result = replace(
+                result, status=Status.REFUSED, T_target_source=None, reason=objection)
+            record = replace(record, status=result.status, reason=result.reason)
         merged = None
         try:
             merged = self._joined(small, large, result)
@@ -225,13 +222,13 @@ class Growth:
             record = replace(record, status=result.status, reason=result.reason)
         self.trace.append(record)
         if merged is None:
-            self._remember(small, result)
+            if small.size == 1:
+                self._words.refused(_only(small), result)
             return None
-        for name in (*small.members, *large.members):
-            known = self._words.get(name)
-            if known is None or known.status is not Status.PLACED:
-                self._words[name] = result
-        return self._merge(chance.smaller, chance.larger, merged)
+        self._words.placed((*small.members, *large.members), result)
+        key = self._merge(chance.smaller, chance.larger, merged)
+        self._residuals[key] = [*past, result.numbers['residual_mr']]
+        return key
 
     def _joined(self, small: Shape, large: Shape, result: PairResult) -> Shape | None:
         if result.status is not Status.PLACED or result.T_target_source is None:
@@ -241,15 +238,6 @@ class Growth:
             large, small, result.T_target_source, self._config, threads=self._threads)
         self._seconds['grow'] += time.perf_counter() - started
         return merged
-
-    def _remember(self, shape: Shape, result: PairResult) -> None:
-        """Keep the most telling word on a view that stays alone."""
-        if shape.size > 1:
-            return
-        name = next(iter(shape.members))
-        known = self._words.get(name)
-        if known is None or _telling(result) > _telling(known):
-            self._words[name] = result
 
     def _merge(self, small: int, large: int, merged: Shape) -> int:
         ids = [self._object_ids[k] for k in (large, small) if k in self._object_ids]
@@ -275,11 +263,13 @@ class Growth:
         del self._shapes[key]
         self._outdated.discard(key)
         self._object_ids.pop(key, None)
+        self._residuals.pop(key, None)
         self._chances.forget(key)
 
     def _key_of(self, name: str) -> int:
         return next(key for key, shape in self._shapes.items() if name in shape.members)
 
 
-def _telling(word: PairResult) -> float:
-    return word.numbers.get('score', -1.0)
+def _only(shape: Shape) -> str:
+    """Return the name of a shape's only view."""
+    return next(iter(shape.members))

@@ -1,0 +1,69 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""The most telling outcome of a registration for every view."""
+
+from collections.abc import Iterable, Sequence
+import math
+
+import numpy as np
+from ros_rops.core.pairwise import PairResult
+from ros_rops.core.types import Status
+from ros_rops.core.verdict import FINEST_MR
+from ros_rops.pipeline.reports import ViewReport
+
+
+class Words:
+    """What is to be said of each view, by name."""
+
+    def __init__(self) -> None:
+        self._words: dict[str, PairResult] = {}
+
+    def placed(self, names: Iterable[str], result: PairResult) -> None:
+        """Note the pose by which views came to an object; the first counts."""
+        for name in names:
+            known = self._words.get(name)
+            if known is None or known.status is not Status.PLACED:
+                self._words[name] = result
+
+    def refused(self, name: str, result: PairResult) -> None:
+        """Note why a view stays alone, if that tells more than what is known."""
+        known = self._words.get(name)
+        if known is None or _telling(result) > _telling(known):
+            self._words[name] = result
+
+    def say(self, name: str, target: str, reason: str) -> None:
+        """Say something of a view that stays alone, until more is known."""
+        self._words[name] = PairResult(name, target, Status.REFUSED, None, reason, {})
+
+    def forget(self, name: str) -> None:
+        """Forget a view."""
+        self._words.pop(name, None)
+
+    def report(self, name: str, object_id: int | None) -> ViewReport:
+        """Return the current word on a view; `object_id` is None for one that is alone."""
+        word = self._words.get(name)
+        if object_id is not None:
+            reason = word.reason if word else 'the others were registered to it'
+            return ViewReport(
+                name, Status.PLACED, object_id, reason, word.numbers if word else {})
+        if word is None:
+            return ViewReport(
+                name, Status.PENDING, None, 'waits for views that overlap it', {})
+        status = Status.AMBIGUOUS if word.status is Status.AMBIGUOUS else Status.PENDING
+        return ViewReport(
+            name, status, None, f'against {word.target}: {word.reason}', word.numbers)
+
+
+def outlier(result: PairResult, past: Sequence[float], most: float) -> str:
+    """Return why a pose fits too badly for what the shapes are like within, '' if it does not."""
+    residual = result.numbers.get('residual_mr', 0.0)
+    usual = max(float(np.median(past)), FINEST_MR) if past else math.inf
+    if result.status is not Status.PLACED or residual <= most * usual:
+        return ''
+    return (
+        f'residual {residual:.2f} mr, while the views it would join fit each other within '
+        f'{usual:.2f}')
+
+
+def _telling(word: PairResult) -> float:
+    return word.numbers.get('score', -1.0)
