@@ -37,6 +37,12 @@ def frozen(array: NDArray, dtype: type) -> NDArray:
     return result
 
 
+def _all_finite(values: Floats) -> bool:
+    with np.errstate(all='ignore'):
+        # What is not finite never adds up to something finite: one pass, and no array of answers.
+        return bool(np.isfinite(values.sum())) or bool(np.isfinite(values).all())
+
+
 class Status(Enum):
     """What became of a view or of a pair; never told by a special transform."""
 
@@ -141,7 +147,7 @@ class RangeView:
         points = frozen(self.points, np.float64)
         if points.ndim != 2 or points.shape[1] != 3:
             raise ShapeError(f'points of {self.name!r}: expected (N, 3), got {points.shape}')
-        if not np.isfinite(points).all():
+        if not _all_finite(points):
             raise ShapeError(f'points of {self.name!r}: not finite (drop such points first)')
         object.__setattr__(self, 'points', points)
         if self.grid is not None:

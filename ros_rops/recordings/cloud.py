@@ -8,6 +8,7 @@ into a `RangeView`.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,10 +57,7 @@ def drop_holes(cloud: Cloud) -> Cloud:
 
     A point goes if a coordinate is NaN, infinite or beyond `LARGEST`.
     """
-    good = np.ones(len(cloud.points), np.bool_)
-    with np.errstate(invalid='ignore'):  # column by column: several times as fast
-        for k in range(3):
-            good &= np.abs(cloud.points[:, k]) <= LARGEST
+    good = _is_measured(cloud.points)
     if good.all():
         return cloud
     kept = np.flatnonzero(good)
@@ -71,6 +69,45 @@ def drop_holes(cloud: Cloud) -> Cloud:
         None if cloud.colors is None else cloud.colors.take(kept, axis=0),
         cloud.notes, cloud.facts,
     )
+
+
+def measured_cloud(
+    points: Floats32or64, colors: NDArray[np.uint8] | None, notes: tuple[str, ...] = ()
+) -> Cloud:
+    """
+    Return the measured points of a message as a cloud without holes, as `drop_holes` would.
+
+    Parameters
+    ----------
+    points : (H, W, 3) or (N, 3)
+    colors : same shape, uint8, or None
+    notes : tuple of str
+    """
+    flat = points.reshape(-1, 3)
+    good = _is_measured(flat)
+    grid = None
+    if points.ndim == 3:
+        grid = np.full(points.shape[:2], -1, np.int32)
+        grid.reshape(-1)[good] = np.arange(np.count_nonzero(good), dtype=np.int32)
+    return Cloud(
+        _rows(flat, good).astype(np.float64), grid,
+        None if colors is None else _rows(colors.reshape(-1, 3), good), notes)
+
+
+def _is_measured(points: Floats32or64) -> NDArray[np.bool_]:
+    good = np.ones(len(points), np.bool_)
+    with np.errstate(invalid='ignore'):  # column by column: several times as fast
+        for k in range(3):
+            good &= np.abs(points[:, k]) <= LARGEST
+    return good
+
+
+def _rows(values: NDArray[Any], which: NDArray[np.bool_]) -> NDArray[Any]:
+    """Return rows (N, 3) of a mask (N,), each moved as one item: several times as fast."""
+    whole = np.ascontiguousarray(values)
+    items = whole.view(f'V{3 * whole.itemsize}')[:, 0]
+    rows: NDArray[Any] = items[which].view(whole.dtype).reshape(-1, 3)
+    return rows
 
 
 def mark_holes(points: Floats32or64) -> tuple[Floats32or64, tuple[str, ...]]:

@@ -14,10 +14,10 @@ import numpy as np
 from ros_rops.core.errors import InputError
 from ros_rops.core.frame import Frame
 from ros_rops.core.types import Bytes, Floats32or64, SensorModel, Units
-from ros_rops.recordings.cloud import Cloud, full_grid, mark_holes
+from ros_rops.recordings.cloud import mark_holes, measured_cloud
 from ros_rops.recordings.messages import Cut, Decoder, Storage
 from ros_rops.recordings.pairing import Entry, Pairing
-from ros_rops.recordings.reader import BadView, finish, NotedView
+from ros_rops.recordings.reader import BadView, finish_clean, NotedView
 from ros_rops.recordings.sensor import resolve_sensor
 from ros_rops.recordings.storage import open_storage
 from ros_rops.recordings.topics import choose, CLOUD, Plan
@@ -105,12 +105,8 @@ def frame_view(frame: Frame) -> NotedView:
     """Return all measured points of a frame as a view, nothing segmented."""
     if frame.view is not None:
         return NotedView(frame.view, tuple(f'{frame.name}: {note}' for note in frame.notes))
-    grid = full_grid(*frame.points.shape[:2]) if frame.organized else None
-    colors = None if frame.colors is None else frame.colors.reshape(-1, 3)
-    with np.errstate(invalid='ignore'):  # holes may be signalling NaN
-        points = frame.points.reshape(-1, 3).astype(np.float64)
-    noted = finish(
-        frame.name, Cloud(points, grid, colors, frame.notes),
+    noted = finish_clean(
+        frame.name, measured_cloud(frame.points, frame.colors, frame.notes),
         units='auto' if frame.units == 'unknown' else frame.units, sensor=frame.sensor or 'auto')
     view = replace(noted.view, stamp_ns=frame.stamp_ns, frame_id=frame.frame_id)
     return NotedView(view, tuple(f'{frame.name}: {note}' for note in noted.notes))

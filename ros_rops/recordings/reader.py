@@ -136,10 +136,17 @@ def finish(
     ParameterError
         If `units` or `sensor` is none of the choices.
     """
-    clean, facts = drop_holes(cloud), cloud.facts or NO_FACTS
+    return finish_clean(name, drop_holes(cloud), units=units, sensor=sensor)
+
+
+def finish_clean(
+    name: str, clean: Cloud, *, units: str = 'auto', sensor: str | SensorModel = 'auto'
+) -> NotedView:
+    """Do as `finish` with a cloud that has no holes."""
+    facts = clean.facts or NO_FACTS
     sensor = facts.sensor if facts.sensor and sensor == 'auto' else sensor
     known_units, about_units = (
-        (facts.units, '') if cloud.facts and units == 'auto'
+        (facts.units, '') if clean.facts and units == 'auto'
         else resolve_units(clean.points, units))
     model, about_sensor = (sensor, '') if isinstance(sensor, SensorModel) else resolve_sensor(
         clean.points, clean.grid, sensor)
