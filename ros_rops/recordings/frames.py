@@ -244,5 +244,7 @@ def _colors(entry: Entry) -> tuple[Bytes | None, tuple[str, ...]]:
 def _stated_sensor(points: Floats32or64, stated: str) -> SensorModel | None:
     if stated == 'auto':
         return None
-    measured = points.reshape(-1, 3)[np.isfinite(points[..., 2]).reshape(-1)]
-    return resolve_sensor(measured.astype(np.float64), None, stated)[0]
+    z = points[..., 2].reshape(-1)
+    middle = np.zeros((1, 3))  # all that is asked is the side on which the points lie
+    middle[0, 2] = np.sum(z, where=np.isfinite(z), dtype=np.float64)
+    return resolve_sensor(middle, None, stated)[0]

@@ -5,15 +5,22 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
-from ros_rops.core.types import Bytes, Floats, Ints, RangeView
-from ros_rops.segmentation.patches import cell_side, number_cells, renumber
+from ros_rops.core.types import Floats, Ints, RangeView
+from ros_rops.kernels.points import block_means, cell_means, count_cells
 
 DEEP = 4.0
 """Pixels of a block are averaged with the nearest one within so many block widths of depth."""
+SAMPLE = 40_000
+"""Points on which the size of cells is guessed, at most."""
+OFF = 1.1
+"""Cells are of the right size when they hold the points wanted within this factor."""
+ROUNDS = 5
+"""Their size is corrected at most so often."""
+GROUPS = 2000
+"""Groups of 64 cells from which their number is told, about."""
 
 
-def reduce_view(view: RangeView, most_points: int) -> RangeView:
+def reduce_view(view: RangeView, most_points: int, threads: int = 0) -> RangeView:
     """
     Return the view with about `most_points` points or fewer.
 
@@ -25,49 +32,52 @@ def reduce_view(view: RangeView, most_points: int) -> RangeView:
     view : RangeView
     most_points : int
         At least 1.
+    threads : int
+        0 takes all cores; no influence on the result.
     """
     if len(view.points) <= most_points:
         return view
     if view.grid is not None:
         side = int(np.ceil(np.sqrt(len(view.points) / most_points)))
-        return _in_blocks(view, view.grid, side)
-    side_length = cell_side(view.points, most_points)
-    cell, count = number_cells(view.points, side_length)
-    return replace(
-        view, points=_means(view.points, cell, len(count)),
-        colors=_colors(view.colors, cell, len(count)))
+        slack = DEEP * side * _pixel(view.points, view.grid)
+        means, grid = block_means(
+            view.points, view.grid, view.colors, view.sensor.direction, side, slack, threads)
+        return replace(view, points=means.points, grid=grid, colors=means.colors)
+    means = cell_means(view.points, view.colors, _cell_side(view.points, most_points))
+    return replace(view, points=means.points, colors=means.colors)
 
 
-def _means(values: NDArray, cell: NDArray, count: int) -> Floats:
-    total = np.bincount(cell, minlength=count)
-    sums = [np.bincount(cell, values[:, k], count) for k in range(values.shape[1])]
-    means: Floats = np.stack(sums, axis=1) / total[:, None]
-    return means
+def _cell_side(points: Floats, wanted: int) -> float:
+    """Return the side of cubic cells of which about `wanted` hold a point."""
+    side = _guessed_side(points, wanted)
+    share = max(1, wanted // (16 * GROUPS))  # a surface passes through 16 of the 64
+    for _ in range(ROUNDS):
+        ratio = count_cells(points, side, share) / wanted
+        if ratio == 0 or 1 / OFF <= ratio <= OFF:
+            break
+        side *= float(np.sqrt(ratio))
+    return side
 
 
-def _colors(colors: Bytes | None, cell: NDArray, count: int) -> Bytes | None:
-    return None if colors is None else np.rint(_means(colors, cell, count)).astype(np.uint8)
+def _guessed_side(points: Floats, wanted: int) -> float:
+    """
+    Guess the side of cells on a sample that fills few of them well.
 
-
-def _in_blocks(view: RangeView, grid: Ints, side: int) -> RangeView:
-    height, width = (-(-length // side) for length in grid.shape)
-    rows, columns = np.nonzero(grid >= 0)
-    index = grid[rows, columns]
-    block = (rows // side) * width + columns // side
-    x, y, z = view.sensor.direction
-    depth = (view.points[:, 0] * x + view.points[:, 1] * y + view.points[:, 2] * z)[index]
-    nearest = np.full(height * width, np.inf)
-    np.minimum.at(nearest, block, depth)
-    # On one surface: not deeper than the block is wide, several times.
-    near = depth - nearest[block] <= DEEP * side * _pixel(view.points, grid)
-    block, index = block[near], index[near]
-    number, count = renumber(block, height * width)
-    small = np.full(height * width, -1, np.int32)
-    small[block] = number
-    colors = None if view.colors is None else view.colors[index]
-    return replace(
-        view, points=_means(view.points[index], number, len(count)),
-        grid=small.reshape(height, width), colors=_colors(colors, number, len(count)))
+    A surface fills cells by the square of their side; noise, by less.
+    """
+    thin = np.ascontiguousarray(points[::max(1, len(points) // SAMPLE)])
+    extent = float(np.ptp(thin, axis=0).max())
+    if extent <= 0:
+        return 1.0
+    few = max(1, min(wanted, len(thin) // 20))
+    low, high = extent / 4096, extent * 1.001
+    for _ in range(10):
+        side = float(np.sqrt(low * high))
+        if count_cells(thin, side) > few:
+            low = side
+        else:
+            high = side
+    return float(np.sqrt(low * high * few / wanted))
 
 
 def _pixel(points: Floats, grid: Ints) -> float:

@@ -55,6 +55,10 @@ class Scan:
 
     def along(self, direction: NDArray, which: NDArray | slice = slice(None)) -> Image:
         """Return direction . point for the points of a mask or of indices, in the scan's type."""
+        columns = (self.x, self.y, self.z)
+        for k in range(3):
+            if direction[k] == 1.0 and np.count_nonzero(direction) == 1:
+                return columns[k][which]
         a, b, c = (self.z.dtype.type(value) for value in direction)
         result: Image = self.x[which] * a + self.y[which] * b + self.z[which] * c
         return result

@@ -66,7 +66,7 @@ def segment(
     segmented = config.when == 'always' or (config.when == 'auto' and is_raw(scan))
     if segmented:
         cut = cut_objects(scan, labels, config)
-    return _finished(frame, scan, labels, cut, config, segmented, notes + cut.notes)
+    return _finished(frame, scan, labels, cut, config, segmented, notes + cut.notes, threads)
 
 
 def _as_said(frame: Frame, view: RangeView, scan: Scan) -> Segmentation:
@@ -84,7 +84,7 @@ def _counts(labels: Bytes) -> dict[Label, int]:
 
 def _finished(
     frame: Frame, scan: Scan, labels: Bytes, cut: Cut, config: SegmentationConfig,
-    segmented: bool, notes: tuple[str, ...],
+    segmented: bool, notes: tuple[str, ...], threads: int,
 ) -> Segmentation:
     order, chosen = _chosen(scan, cut.numbers, config.objects if segmented else 'all')
     index = np.full(int(cut.numbers.max(initial=0)) + 1, -1, np.int16)
@@ -99,7 +99,8 @@ def _finished(
         name = frame.name if chosen == 1 else f'{frame.name}/{k}'
         views.append(
             make_view(
-                frame, name, objects == k, scan.sensor, plane, segmented, config.most_points))
+                frame, name, objects == k, scan.sensor, plane, segmented, config.most_points,
+                threads))
     return Segmentation(
         frame, tuple(views), labels.reshape(objects.shape), objects,
         _counts(labels), found, segmented, notes)

@@ -12,6 +12,7 @@ from ros_rops.segmentation.reduce import reduce_view
 def make_view(
     frame: Frame, name: str, kept: NDArray[np.bool_], sensor: SensorModel,
     support: SupportPlane | None, cropped: bool, most_points: int,
+    threads: int = 0,
 ) -> RangeView:
     """
     Return the kept points of a frame as a view.
@@ -27,13 +28,22 @@ def make_view(
         Whether the grid is cut down to the kept pixels.
     most_points : int
         More are reduced to about this number; 0 for no limit.
+    threads : int
+        0 takes all cores; no influence on the result.
     """
-    points = frame.points[kept].astype(np.float64)
-    colors: Bytes | None = None if frame.colors is None else frame.colors[kept]
+    points = _rows(frame.points, kept).astype(np.float64)
+    colors: Bytes | None = None if frame.colors is None else _rows(frame.colors, kept)
     grid = _grid(kept, cropped) if frame.organized else None
     view = RangeView(
         name, points, grid, sensor, colors, frame.units, frame.stamp_ns, frame.frame_id, support)
-    return reduce_view(view, most_points) if 0 < most_points < len(points) else view
+    return reduce_view(view, most_points, threads) if 0 < most_points < len(points) else view
+
+
+def _rows(values: NDArray, kept: NDArray[np.bool_]) -> NDArray:
+    """Return the rows (..., 3) that are kept, each moved as one item: several times as fast."""
+    whole = np.ascontiguousarray(values)
+    items = whole.view(f'V{3 * whole.itemsize}')[..., 0]
+    return items[kept].view(whole.dtype).reshape(-1, 3)
 
 
 def _grid(kept: NDArray[np.bool_], cropped: bool) -> Ints:

@@ -12,8 +12,9 @@ ALLOWED = {
     'core': ('ros_rops.kernels',),
     'kernels': ('ros_rops.core.types', 'ros_rops.core.errors'),
     'recordings': (
-        'ros_rops.core.types', 'ros_rops.core.errors', 'ros_rops.core.frame', 'msg_adapters'),
-    'segmentation': ('ros_rops.core',),
+        'ros_rops.core.types', 'ros_rops.core.errors', 'ros_rops.core.frame', 'ros_rops.kernels',
+        'msg_adapters'),
+    'segmentation': ('ros_rops.core', 'ros_rops.kernels'),
     'modelling': ('ros_rops.core', 'ros_rops.kernels'),
     'pipeline': ('ros_rops.core', 'ros_rops.kernels'),
     'intake': (

@@ -9,6 +9,7 @@ void bind_mesh(pybind11::module_& m);
 void bind_features(pybind11::module_& m);
 void bind_verification(pybind11::module_& m);
 void bind_fine(pybind11::module_& m);
+void bind_points(pybind11::module_& m);
 }  // namespace rops
 
 PYBIND11_MODULE(_kernels, m) {
@@ -18,4 +19,5 @@ PYBIND11_MODULE(_kernels, m) {
   rops::bind_features(m);
   rops::bind_verification(m);
   rops::bind_fine(m);
+  rops::bind_points(m);
 }
