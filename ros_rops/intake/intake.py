@@ -100,9 +100,8 @@ class Intake:
             self._watch(found)
         notes = (*frame.notes, *found.notes)
         if not found.views:
-            reason = '; '.join(found.notes) or 'no object was found'
             return self._keep(FrameReport(
-                frame.name, Word.EMPTY, reason, notes=notes, numbers=decision.numbers))
+                frame.name, Word.EMPTY, found.why_empty, notes=notes, numbers=decision.numbers))
         return self._keep(FrameReport(
             frame.name, Word.TAKEN, decision.reason, tuple(view.name for view in found.views),
             notes, decision.numbers), views)

@@ -8,7 +8,8 @@ import numpy as np
 from ros_rops.core.config import SegmentationConfig
 from ros_rops.core.types import Bools, Bytes, Ints
 from ros_rops.segmentation.cells import spacing_of
-from ros_rops.segmentation.objects import group_parts, look_at_parts
+from ros_rops.segmentation.ground import ground_of
+from ros_rops.segmentation.objects import group_parts, look_at_parts, Part, with_ground
 from ros_rops.segmentation.parts import Parts, parts_of_pixels, parts_of_points
 from ros_rops.segmentation.patches import patches_of
 from ros_rops.segmentation.plane import find_support, Support
@@ -107,8 +108,10 @@ def _objects(
     numbers = found.numbers
     parts = look_at_parts(
         scan, numbers, found.count, heights, band, support, step, labels)
+    if support is not None and not all(part.stands for part in parts):
+        parts = with_ground(parts, ground_of(scan, labels, support))
     plane = scan.image(labels == Label.PLANE) if scan.shape else None
-    objects, lost = group_parts(parts, config.gap_m * scan.scale, plane)
+    objects, lost = group_parts(parts, config.gap_m * scan.scale, config.least_points, plane)
     table = np.zeros(found.count + 1, np.int32)
     fate = np.zeros(found.count + 1, np.uint8)
     for part in lost:
@@ -121,6 +124,16 @@ def _objects(
     dropped: Bools = fate[numbers] > 0
     labels[dropped] = fate[numbers[dropped]]
     result: Ints = table[numbers]
-    if parts and not any(part.stands for part in parts):
-        return result, ('nothing touches the plane: what hovers over it was taken',)
-    return result, ()
+    return result, _notes([part for part in objects if part.size >= config.least_points], lost)
+
+
+def _notes(objects: list[Part], lost: list[Part]) -> tuple[str, ...]:
+    """Say what was taken or left in doubt."""
+    notes = []
+    if any(not part.stands for part in objects):
+        notes.append('nothing touches the plane: what hovers over it was taken')
+    if any(part.reaches for part in objects):
+        notes.append('an object reaches out of the image')
+    if any(part.reaches for part in lost):
+        notes.append('what reaches into the image and touches nothing was left out')
+    return tuple(notes)

@@ -3,17 +3,21 @@
 """
 Which connected parts make an object: those that stand on the plane, and what belongs to them.
 
-A part hovers where its foot is hidden: a head before a body. It belongs to the nearest part that
-stands, if it is no farther from it than that one is large. A small part that stands close to a
-much larger one, with nothing of the plane to be seen between, is a piece of it too: a leg whose
-upper end is hidden.
+A part hovers where its contact with the plane is not seen. A head before a body belongs to the
+nearest part that stands, if it is no farther from it than that one is large. An object whose foot
+is hidden, by its own belly or by another object before it, has no plane to be seen below: it
+stands, too, where it is not near to another. What reaches into the image over a plane that is
+seen, and is near to nothing, is a hand or a cable. A small part that stands close to a much
+larger one, with nothing of the plane to be seen between, is a piece of it: a leg whose upper end
+is hidden.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from ros_rops.core.types import Bytes, Floats, Ints
+from ros_rops.segmentation.ground import Ground, rim_of
 from ros_rops.segmentation.plane import Support
 from ros_rops.segmentation.result import Label
 from ros_rops.segmentation.scan import Image, Scan
@@ -31,6 +35,14 @@ PIECE = 0.2
 """A piece has at most this share of the points of the part that it belongs to ..."""
 NEAR = 0.5
 """... and is nearer than this share of that one's size."""
+HIDDEN = 0.2
+"""The foot of a part may be hidden if below this share of it the plane is not seen."""
+OWN = 0.35
+"""Such a part is an object if it is this share of their mean size from another one ..."""
+OWN_POINTS = 0.05
+"""... and has this share of its points."""
+REACHES = 0.25
+"""What hovers and reaches out of the image is of an object this share of its size away."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +62,10 @@ class Part:
         Where these are.
     stands : bool
         Whether it reaches down to the plane.
+    reaches : bool
+        Whether it reaches out of the image.
+    hidden : float
+        Of a part that hovers: share below which the plane is not seen.
     """
 
     numbers: tuple[int, ...]
@@ -57,6 +73,8 @@ class Part:
     index: NDArray
     sample: Floats
     stands: bool
+    reaches: bool = False
+    hidden: float = 0.0
 
     @property
     def extent(self) -> float:
@@ -68,11 +86,12 @@ class Part:
         return Part(
             self.numbers + other.numbers, self.size + other.size,
             np.concatenate([self.index, other.index]),
-            np.concatenate([self.sample, other.sample]), self.stands or other.stands)
+            np.concatenate([self.sample, other.sample]), self.stands or other.stands,
+            self.reaches or other.reaches, self.hidden)
 
 
 def group_parts(
-    parts: list[Part], gap: float, plane: NDArray | None
+    parts: list[Part], gap: float, least: int, plane: NDArray | None
 ) -> tuple[list[Part], list[Part]]:
     """
     Return the objects, each as one part, and the parts that are of none.
@@ -80,31 +99,68 @@ def group_parts(
     Parameters
     ----------
     parts : list of Part
-        If none stands, those near one another are objects.
+        If none stands, nor may, those near one another are objects.
     gap : float
         Standing parts closer than this are one object.
+    least : int
+        Points of an object, at least.
     plane : (H, W) bool or None
         Where the plane is seen, for an organized frame.
     """
-    roots = [part for part in parts if part.stands]
+    objects = [part for part in parts if part.stands]
     hovering = [part for part in parts if not part.stands]
-    if not roots:
-        return _merged(hovering, gap, plane), []
-    objects = list(roots)
+    # Large ones first: their fragments would make a chain from one object to another.
+    enough = max([least, *(OWN_POINTS * part.size for part in parts)])
+    large = [part for part in hovering if part.size >= enough]
+    small = [part for part in hovering if part.size < enough]
+    while large:
+        objects, large = _attached(objects, large, gap, least)
+        alone = not any(part.size >= least for part in objects)
+        roots = [
+            part for part in large if part.hidden >= HIDDEN and (alone or not part.reaches)]
+        if not roots:
+            break
+        # What reaches out of the image comes last: it may be a hand.
+        root = min(roots, key=lambda part: (part.reaches, -part.size))
+        large = [part for part in large if part is not root]
+        objects.append(replace(root, stands=True))
+    objects, hovering = _attached(objects, large + small, gap, least)
+    if not any(part.size >= least for part in objects):
+        return _merged(objects + hovering, gap, plane), []
+    return _merged(objects, gap, plane), hovering
+
+
+def _attached(
+    objects: list[Part], hovering: list[Part], gap: float, least: int
+) -> tuple[list[Part], list[Part]]:
+    """Join what hovers to the objects that it is of; return these, and what is left."""
+    objects, hovering = list(objects), list(hovering)
     apart = np.array([
-        [_apart(part.sample, one.sample, one.extent) for one in roots] for part in hovering])
-    while hovering:
+        [_apart(part.sample, one.sample, one.extent) for one in objects]
+        for part in hovering]).reshape(len(hovering), len(objects))
+    while apart.size:
         # The nearest first: an upper half may hold on to a foot, and what is before it to both.
         row, best = (int(k) for k in np.unravel_index(int(np.argmin(apart)), apart.shape))
-        if apart[row, best] > objects[best].extent:
+        if not np.isfinite(apart[row, best]):
             break
+        if not _belongs(hovering[row], objects[best], float(apart[row, best]), gap, least):
+            apart[row, best] = np.inf
+            continue
         joining = hovering.pop(row)
         objects[best] = objects[best].joined(joining)
         apart = np.delete(apart, row, axis=0)
         for k, part in enumerate(hovering):
-            apart[k, best] = min(
-                apart[k, best], _apart(part.sample, joining.sample, objects[best].extent))
-    return _merged(objects, gap, plane), hovering
+            near = _apart(part.sample, joining.sample, objects[best].extent)
+            apart[k, best] = min(apart[k, best], near)
+    return objects, hovering
+
+
+def _belongs(part: Part, other: Part, apart: float, gap: float, least: int) -> bool:
+    """Return whether a part that hovers is of an object."""
+    if apart > other.extent * (REACHES if part.reaches else 1.0):
+        return False
+    own = part.hidden >= HIDDEN and part.size >= max(least, OWN_POINTS * other.size)
+    return not own or apart <= max(gap, OWN * float(np.sqrt(part.extent * other.extent)))
 
 
 def _merged(objects: list[Part], gap: float, plane: NDArray | None) -> list[Part]:
@@ -124,7 +180,9 @@ def _one_object(first: Part, second: Part, gap: float, plane: NDArray | None) ->
         return apart <= large.extent
     if apart <= gap:
         return True
-    piece = small.size <= PIECE * large.size and apart <= NEAR * large.extent
+    if small.hidden >= HIDDEN or small.size > PIECE * large.size:
+        return False
+    piece = apart <= NEAR * large.extent
     return piece and plane is not None and not _seen_between(plane, small, large)
 
 
@@ -172,6 +230,7 @@ def look_at_parts(
     labels : (N,) uint8
         Changed in place.
     """
+    rim = rim_of(scan)
     which = np.flatnonzero(numbers)
     kind = np.uint16 if count < 65536 else np.int32  # a radix sort, where it can be
     which = which[np.argsort(numbers[which].astype(kind), kind='stable')]
@@ -185,13 +244,22 @@ def look_at_parts(
             members = _over(scan, members, support, numbers, labels)
         if len(members) >= FRAGMENT and (
                 support is None or (heights[members] > LOW * band[members]).mean() > 0.1):
-            parts.append(_part(scan, k, members, heights, band, support, step))
+            part = _part(scan, k, members, heights, band, support, step)
+            reaches = rim is not None and rim.touched_by(members)
+            parts.append(replace(part, reaches=reaches))
     seen = np.zeros(count + 1, bool)
     seen[[part.numbers[0] for part in parts]] = True
     few = (numbers > 0) & ~seen[numbers]
     labels[few] = Label.SPECK
     numbers[few] = 0
     return parts
+
+
+def with_ground(parts: list[Part], ground: Ground) -> list[Part]:
+    """Tell of the parts that hover how much of the plane below them is hidden."""
+    return [
+        part if part.stands else replace(part, hidden=ground.hidden_below(part.sample))
+        for part in parts]
 
 
 def _thin(members: NDArray) -> NDArray:

@@ -45,6 +45,9 @@ REASONS: Mapping[Label, str] = {
     Label.OTHER_OBJECT: 'on an object that segmentation.objects does not ask for',
 }
 
+MOST_REASONS = 3
+"""So many reasons are told of a frame without a view."""
+
 
 @dataclass(frozen=True, slots=True)
 class PlaneFound:
@@ -110,3 +113,14 @@ class Segmentation:
         """Whether everything measured was kept and nothing looked for: the frame is the view."""
         dropped = sum(self.counts.values()) - self.counts[Label.KEPT] - self.counts[Label.HOLE]
         return not self.segmented and dropped == 0
+
+    @property
+    def why_empty(self) -> str:
+        """Why there is no view: what was noted, and the largest reasons with their points."""
+        dropped = [
+            (count, label) for label, count in self.counts.items()
+            if count and label not in (Label.KEPT, Label.HOLE)]
+        dropped.sort(key=lambda one: (-one[0], one[1]))
+        said = [f'{count} points {REASONS[label]}' for count, label in dropped[:MOST_REASONS]]
+        start = '; '.join(self.notes) or 'no object was found'
+        return f'{start}: {", ".join(said) or "nothing is measured"}'
