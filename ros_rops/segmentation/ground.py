@@ -14,14 +14,10 @@ from numpy.typing import NDArray
 from ros_rops.core.types import Bools, Bytes, Floats
 from ros_rops.segmentation.plane import Support
 from ros_rops.segmentation.result import Label
-from ros_rops.segmentation.scan import BAND, Scan
+from ros_rops.segmentation.scan import BAND, ends, Scan
 
 FEW = 0.1
 """The plane is seen in a cell with this share of the usual number of its points."""
-LINE = 0.2
-"""A row or column of the image is measured if this share of it is."""
-MARGIN = 0.1
-"""So much of an image's side may be without measurements at its border."""
 TOUCHES = 8
 """So many pixels at the border make a part reach out of the image."""
 
@@ -96,17 +92,6 @@ def rim_of(scan: Scan) -> Rim | None:
     if scan.shape is None:
         return None
     measured = scan.image(scan.measured)
-    top, bottom = _ends(measured.mean(axis=1))
-    left, right = _ends(measured.mean(axis=0))
+    top, bottom = ends(measured.mean(axis=1))
+    left, right = ends(measured.mean(axis=0))
     return Rim(top, left, bottom, right, scan.shape[1])
-
-
-def _ends(shares: Floats) -> tuple[int, int]:
-    """Return the first and the last line that is measured; those at the border if far from it."""
-    last = len(shares) - 1
-    lines = np.flatnonzero(shares > LINE)
-    margin = MARGIN * len(shares)
-    if not len(lines):
-        return 0, last
-    first = int(lines[0]) if lines[0] <= margin else 0
-    return first, int(lines[-1]) if last - lines[-1] <= margin else last

@@ -15,8 +15,14 @@ FORWARD = SensorModel('pinhole', direction=(0.0, 0.0, 1.0))
 BACKWARD = SensorModel('pinhole', direction=(0.0, 0.0, -1.0))
 RAW_BORDER = 0.1
 """A raw frame is measured along at least this share of its border."""
+RAW_WITHIN = 0.3
+"""Or along this share of the border of what is measured, when that is near the image's own."""
 BAND = 4
 """Pixels that belong to the border."""
+LINE = 0.2
+"""A row or column of the image is measured if this share of it is."""
+MARGIN = 0.1
+"""So much of an image's side may be without measurements at its border."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,15 +106,39 @@ def _depth(x: Image, y: Image, z: Image, sensor: SensorModel) -> Image:
 
 
 def is_raw(scan: Scan) -> bool:
-    """Return whether the frame is organized and measured along much of its border."""
+    """
+    Return whether the frame is organized and measured along much of its border.
+
+    Rectified images have a frame of holes, stereo cameras a band of them at one side: the border
+    of what is measured counts, too, as far as it is near to that of the image.
+    """
     if scan.shape is None or min(scan.shape) < 8:
         return False
     image = scan.image(scan.measured)
+    if _along_border(image) >= RAW_BORDER:
+        return True
+    top, bottom = ends(image.mean(axis=1))
+    left, right = ends(image.mean(axis=0))
+    return _along_border(image[top:bottom + 1, left:right + 1]) >= RAW_WITHIN
+
+
+def _along_border(image: Bools) -> float:
     # Cameras lose the outermost pixels: what is measured within a few of the border reaches it.
     border = np.concatenate([
         image[:BAND].any(axis=0), image[-BAND:].any(axis=0),
         image[:, :BAND].any(axis=1), image[:, -BAND:].any(axis=1)])
-    return bool(border.mean() >= RAW_BORDER)
+    return float(border.mean())
+
+
+def ends(shares: NDArray[np.float64]) -> tuple[int, int]:
+    """Return the first and the last measured line of an image; its own where these are far in."""
+    last = len(shares) - 1
+    lines = np.flatnonzero(shares > LINE)
+    margin = MARGIN * len(shares)
+    if not len(lines):
+        return 0, last
+    first = int(lines[0]) if lines[0] <= margin else 0
+    return first, int(lines[-1]) if last - lines[-1] <= margin else last
 
 
 def pitch_of(scan: Scan) -> tuple[float, float]:
