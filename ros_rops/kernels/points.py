@@ -143,18 +143,25 @@ def cell_means(points: Floats, colors: Bytes | None, side: float) -> Means:
     return Means(means, None if colors is None else tints)
 
 
-def count_cells(points: Floats, side: float, share: int = 1) -> int:
+def count_cells(points: Floats, side: float) -> int:
+    """Count the cells that `cell_means` would make of points (N, 3); errors as there."""
+    _check_finite(points)
+    count: int = _kernels.count_cells(np.ascontiguousarray(points, np.float64), side)
+    return count
+
+
+def some_groups(points: Floats, side: float, share: int) -> Floats:
     """
-    Count the cells that `cell_means` would make.
+    Return the points of some places, as dense there as they are: one place in `share`.
 
     Parameters
     ----------
     points : (N, 3) float64
         Finite.
     side : float
+        A place is a group of 4 x 4 x 4 cubic cells of this side.
     share : int
-        Above 1: told from one in so many groups of 4 x 4 x 4 cells, always the same, several
-        times as fast.
+        Places are taken at random, always the same ones.
 
     Raises
     ------
@@ -164,8 +171,8 @@ def count_cells(points: Floats, side: float, share: int = 1) -> int:
     _check_finite(points)
     if share < 1:
         raise ShapeError(f'share: must be at least 1, got {share}')
-    count: int = _kernels.count_cells(np.ascontiguousarray(points, np.float64), side, share)
-    return count
+    some: Floats = _kernels.some_groups(np.ascontiguousarray(points, np.float64), side, share)
+    return some
 
 
 def _check(points: NDArray[np.floating]) -> None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 from ros_rops.core.types import Floats, Ints, RangeView
-from ros_rops.kernels.points import block_means, cell_means, count_cells
+from ros_rops.kernels.points import block_means, cell_means, count_cells, some_groups
 
 DEEP = 4.0
 """Pixels of a block are averaged with the nearest one within so many block widths of depth."""
@@ -16,7 +16,7 @@ OFF = 1.1
 """Cells are of the right size when they hold the points wanted within this factor."""
 ROUNDS = 5
 """Their size is corrected at most so often."""
-GROUPS = 2000
+GROUPS = 500
 """Groups of 64 cells from which their number is told, about."""
 
 
@@ -50,10 +50,12 @@ def reduce_view(view: RangeView, most_points: int, threads: int = 0) -> RangeVie
 def _cell_side(points: Floats, wanted: int) -> float:
     """Return the side of cubic cells of which about `wanted` hold a point."""
     side = _guessed_side(points, wanted)
-    share = max(1, wanted // (16 * GROUPS))  # a surface passes through 16 of the 64
-    for _ in range(ROUNDS):
-        ratio = count_cells(points, side, share) / wanted
-        if ratio == 0 or 1 / OFF <= ratio <= OFF:
+    # A surface passes through 16 of a group's 64 cells.
+    some = some_groups(points, side, max(1, wanted // (16 * GROUPS)))
+    expected = wanted * len(some) / len(points)
+    for _ in range(ROUNDS if len(some) else 0):
+        ratio = count_cells(some, side) / expected
+        if 1 / OFF <= ratio <= OFF:
             break
         side *= float(np.sqrt(ratio))
     return side

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from reference import points_twin as twin
 from ros_rops.core.errors import ShapeError
-from ros_rops.kernels.points import block_means, cell_means, count_cells, count_holes, measured
+from ros_rops.kernels.points import (
+    block_means, cell_means, count_cells, count_holes, measured, some_groups)
 
 LIMIT = 1e15
 
@@ -87,6 +88,18 @@ def test_cells_of_one_place_and_of_absurd_extent():
     assert count_cells(far, 1e-9) == 2
 
 
+@pytest.mark.parametrize('share', [1, 4])
+def test_some_groups_are_whole_and_taken_in_their_share(share):
+    points = np.random.default_rng(3).random((60000, 3))
+    some = some_groups(points, 0.02, share)
+    kept = np.isin(points[:, 0], some[:, 0])
+    groups = ((points - points.min(axis=0)) * (1 / 0.02)).astype(int) // 4
+    taken = set(map(tuple, groups[kept].tolist()))
+    assert taken.isdisjoint(map(tuple, groups[~kept].tolist()))
+    assert np.array_equal(some, points[kept])
+    assert len(some) == pytest.approx(len(points) / share, rel=0.15)
+
+
 def test_wrong_shapes():
     points, grid, colors = _image()
     axis = (0.0, 0.0, 1.0)
@@ -99,6 +112,7 @@ def test_wrong_shapes():
             lambda: block_means(points, grid, colors[:9], axis, 2, 1.0),
             lambda: block_means(points, grid, colors, axis, 0, 1.0),
             lambda: cell_means(np.full((3, 3), np.nan), None, 0.1),
+            lambda: some_groups(points, 0.1, 0),
             lambda: cell_means(points, colors.astype(float), 0.1)):
         with pytest.raises(ShapeError):
             call()

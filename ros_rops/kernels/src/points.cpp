@@ -251,17 +251,30 @@ class CellNumbers {
   std::uint64_t last_key_ = 0;
 };
 
-// How many cells hold a point, told from one group of cells in `share`, taken at random.
-std::size_t count_cells(const Array<double>& points, double side, std::uint64_t share) {
+std::size_t count_cells(const Array<double>& points, double side) {
   const auto n = static_cast<std::size_t>(points.shape(0));
   const double* p = points.data();
   py::gil_scoped_release release;
   CellNumbers cells(p, n, side);
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::uint64_t key = cells.key_of(p + 3 * i);
-    if (share == 1 || CellNumbers::mixed_group(key) % share == 0) cells.of(key);
+  for (std::size_t i = 0; i < n; ++i) cells.of(cells.key_of(p + 3 * i));
+  return cells.count();
+}
+
+// All points of one group of 4 x 4 x 4 cells in `share`, the groups taken at random.
+Array<double> some_groups(const Array<double>& points, double side, std::uint64_t share) {
+  const auto n = static_cast<std::size_t>(points.shape(0));
+  const double* p = points.data();
+  std::vector<double> chosen;
+  {
+    py::gil_scoped_release release;
+    const CellNumbers cells(p, n, side);
+    for (std::size_t i = 0; i < n; ++i, p += 3)
+      if (CellNumbers::mixed_group(cells.key_of(p)) % share == 0)
+        chosen.insert(chosen.end(), p, p + 3);
   }
-  return cells.count() * share;
+  Array<double> result({static_cast<py::ssize_t>(chosen.size() / 3), py::ssize_t{3}});
+  std::copy(chosen.begin(), chosen.end(), result.mutable_data());
+  return result;
 }
 
 py::tuple cell_means(const Array<double>& points, const Array<std::uint8_t>& colors,
@@ -292,6 +305,7 @@ void bind_points(py::module_& m) {
   m.def("count_holes_double", &count_holes<double>);
   m.def("block_means", &block_means);
   m.def("count_cells", &count_cells);
+  m.def("some_groups", &some_groups);
   m.def("cell_means", &cell_means);
 }
 }  // namespace rops
