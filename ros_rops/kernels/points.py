@@ -66,7 +66,7 @@ def measured(points: Floats32or64, limit: float) -> Measured:
 
 def count_holes(points: Floats32or64) -> tuple[int, int]:
     """
-    Count the points (N, 3) that are no number in x or y but one in z, and those at the origin.
+    Count the points (N, 3) not finite in x or y yet no NaN in z, and those at the origin.
 
     Raises
     ------

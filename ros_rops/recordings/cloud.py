@@ -111,10 +111,9 @@ def mark_holes(points: Floats32or64) -> tuple[Floats32or64, tuple[str, ...]]:
     if halves == 0 and zeros <= 1:
         return points, ()
     x, y, z = points[..., 0], points[..., 1], points[..., 2]
-    with np.errstate(invalid='ignore', over='ignore'):
-        holes = ~np.isfinite(x + y) & ~np.isnan(z)
-        if zeros > 1:
-            holes |= (z == 0) & (x == 0) & (y == 0)
+    holes = ~(np.isfinite(x) & np.isfinite(y)) & ~np.isnan(z)
+    if zeros > 1:
+        holes |= (z == 0) & (x == 0) & (y == 0)
     marked = points.copy()
     marked[holes] = np.nan
     return marked, (f'{zeros} points at (0, 0, 0) taken as holes',) if zeros > 1 else ()

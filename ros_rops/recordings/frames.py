@@ -107,9 +107,9 @@ def frame_view(frame: Frame) -> NotedView:
         return NotedView(frame.view, tuple(f'{frame.name}: {note}' for note in frame.notes))
     noted = finish_clean(
         frame.name, measured_cloud(frame.points, frame.colors, frame.notes),
-        units='auto' if frame.units == 'unknown' else frame.units, sensor=frame.sensor or 'auto')
-    view = replace(noted.view, stamp_ns=frame.stamp_ns, frame_id=frame.frame_id)
-    return NotedView(view, tuple(f'{frame.name}: {note}' for note in noted.notes))
+        units='auto' if frame.units == 'unknown' else frame.units, sensor=frame.sensor or 'auto',
+        stamp_ns=frame.stamp_ns, frame_id=frame.frame_id)
+    return NotedView(noted.view, tuple(f'{frame.name}: {note}' for note in noted.notes))
 
 
 def _chosen(path: Path, storage: Storage, topics: Sequence[str], decoder: Decoder) -> Plan:

@@ -140,10 +140,11 @@ def finish(
 
 
 def finish_clean(
-    name: str, clean: Cloud, *, units: str = 'auto', sensor: str | SensorModel = 'auto'
+    name: str, clean: Cloud, *, units: str = 'auto', sensor: str | SensorModel = 'auto',
+    stamp_ns: int | None = None, frame_id: str = '',
 ) -> NotedView:
-    """Do as `finish` with a cloud that has no holes."""
-    facts = clean.facts or NO_FACTS
+    """Do as `finish` with a cloud that has no holes; time and frame are those of no facts."""
+    facts = clean.facts or replace(NO_FACTS, stamp_ns=stamp_ns, frame_id=frame_id)
     sensor = facts.sensor if facts.sensor and sensor == 'auto' else sensor
     known_units, about_units = (
         (facts.units, '') if clean.facts and units == 'auto'

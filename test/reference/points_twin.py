@@ -16,8 +16,7 @@ def measured(points, limit):
 
 def count_holes(points):
     """Return (halves, zeros) of `count_holes`."""
-    with np.errstate(all='ignore'):
-        halves = ~np.isfinite(points[:, 0] + points[:, 1]) & ~np.isnan(points[:, 2])
+    halves = ~np.isfinite(points[:, :2]).all(axis=1) & ~np.isnan(points[:, 2])
     return int(halves.sum()), int((points == 0).all(axis=1).sum())
 
 
