@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from ros_rops.core.types import Bools, Floats
 from ros_rops.segmentation.footprint import Footprint, footprint_of
-from ros_rops.segmentation.patches import Patches
+from ros_rops.segmentation.patches import Patches, towards_sensor
 from ros_rops.segmentation.scan import Image, Scan
 
 SEEDS = 100
@@ -33,7 +33,9 @@ TOLERANCE = 0.008
 LEAST_COSINE = float(np.cos(np.deg2rad(15.0)))
 """... and when its normal is the plane's within 15 degrees."""
 LEAST_FOOT = 2
-"""So many patches that rise from a plane are something that stands on it."""
+"""So many patches that rise from a plane are something that stands on it ..."""
+STEEP = 0.25
+"""... more surely if they are seen at more than this cosine: others may be of a depth edge."""
 NEAR = 3.0
 """The plane is fitted to points within so many standard deviations of its noise."""
 FLOOR = 1e-4
@@ -117,11 +119,15 @@ def find_support(
         Least share of the patched points that a plane holds.
     """
     largest = chosen = None
+    steep = _steep(scan, patches)
     for candidate in _planes(patches, least_share):
         largest = largest or candidate
-        if _carries(patches, *candidate):
+        feet = _feet(patches, *candidate)
+        if np.count_nonzero(feet & ~steep) >= LEAST_FOOT:
             chosen = candidate
             break
+        if chosen is None and np.count_nonzero(feet) >= LEAST_FOOT:
+            chosen = candidate
     if largest is None:
         return None
     plane, members = chosen or largest
@@ -204,14 +210,23 @@ def fit(points: Floats, weights: Floats | None, before: Plane) -> Plane:
     return Plane(normal, float(normal @ middle))
 
 
-def _carries(patches: Patches, plane: Plane, members: Bools) -> bool:
-    """Return whether patches rise from the plane well within its extent."""
+def _feet(patches: Patches, plane: Plane, members: Bools) -> Bools:
+    """Return which patches rise from the plane well within its extent."""
     heights = _heights(patches, plane)
     size = float(np.median(patches.size[members]))
     extent = footprint_of(patches.centres[members], plane.normal, 0.0)
     foot = (heights > TOLERANCE * patches.depth) & (heights < 3 * size) & (patches.weights > 0)
     foot &= (patches.normals != 0).any(axis=1)
-    return int(np.count_nonzero(extent.holds(patches.centres[foot], 2 * size))) >= LEAST_FOOT
+    foot[foot] = extent.holds(patches.centres[foot], 2 * size)
+    return foot
+
+
+def _steep(scan: Scan, patches: Patches) -> Bools:
+    """Return which patches are seen so flat that they may hang between two surfaces."""
+    view = towards_sensor(scan, patches.centres)
+    cosine = (view * patches.normals).sum(axis=1)
+    result: Bools = cosine < STEEP * np.linalg.norm(view, axis=1)
+    return result
 
 
 def _refined(
