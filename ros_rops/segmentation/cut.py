@@ -108,7 +108,8 @@ def _objects(
     numbers = found.numbers
     parts = look_at_parts(
         scan, numbers, found.count, heights, band, support, step, labels)
-    if support is not None and not all(part.stands for part in parts):
+    doubt = any(not part.stands and part.size >= config.least_points for part in parts)
+    if support is not None and doubt:
         parts = with_ground(parts, ground_of(scan, labels, support))
     plane = scan.image(labels == Label.PLANE) if scan.shape else None
     objects, lost = group_parts(parts, config.gap_m * scan.scale, config.least_points, plane)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from ros_rops.core.types import Bools, Floats
-from ros_rops.segmentation.scan import Image
+from ros_rops.segmentation.scan import dot, Image
 
 SIDES = 32
 RASTER = 100
@@ -30,7 +30,7 @@ class Footprint:
 
     def holds(self, points: Floats, margin: float) -> Bools:
         """Return which points (M, 3) project into the polygon, `margin` away from its sides."""
-        u, v = ((points * axis).sum(axis=1) for axis in self.axes)
+        u, v = (dot(points, axis) for axis in self.axes)
         inside = np.ones(len(points), bool)
         for (c, s), limit in zip(_directions(), self.limits, strict=True):
             inside &= c * u + s * v <= limit - margin
@@ -77,7 +77,7 @@ def footprint_of(points: Floats, normal: Floats, trimmed: float) -> Footprint:
     first /= np.linalg.norm(first)
     axes = np.stack([first, np.cross(normal, first)])
     thin = points[::max(1, len(points) // 5_000)]
-    u, v = ((thin * axis).sum(axis=1) for axis in axes)
+    u, v = (dot(thin, axis) for axis in axes)
     beyond = int(trimmed * len(thin))
     limits = [
         np.partition(c * u + s * v, len(thin) - 1 - beyond)[len(thin) - 1 - beyond]

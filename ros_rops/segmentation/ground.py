@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ros_rops.core.types import Bools, Bytes, Floats
 from ros_rops.segmentation.plane import Support
 from ros_rops.segmentation.result import Label
-from ros_rops.segmentation.scan import BAND, ends, Scan
+from ros_rops.segmentation.scan import BAND, dot, ends, Scan
 
 FEW = 0.1
 """The plane is seen in a cell with this share of the usual number of its points."""
@@ -45,13 +45,10 @@ class Ground:
 
     def hidden_below(self, points: Floats) -> float:
         """Return the share of points (M, 3) below which the plane is not seen."""
-        cells = _cells(points @ self.axes.T, self.low, self.cell)
-        i, j = np.clip(cells, 0, np.array(self.seen.shape) - 1).T
+        i, j = (
+            np.clip(np.floor((dot(points, axis) - start) / self.cell), 0, most - 1).astype(int)
+            for axis, start, most in zip(self.axes, self.low, self.seen.shape, strict=True))
         return 1.0 - float(self.seen[i, j].mean())
-
-
-def _cells(places: Floats, low: Floats, cell: float) -> NDArray[np.int64]:
-    return np.floor((places - low) / cell).astype(np.int64)
 
 
 def ground_of(scan: Scan, labels: Bytes, support: Support) -> Ground:
@@ -60,11 +57,13 @@ def ground_of(scan: Scan, labels: Bytes, support: Support) -> Ground:
     flat = np.flatnonzero(labels == Label.PLANE)
     if not len(flat) or cell <= 0:
         return Ground(axes, np.zeros(2), 1.0, np.zeros((1, 1), bool))
-    places = np.stack([scan.along(axis, flat) for axis in axes], axis=1).astype(np.float64)
-    low = places.min(axis=0) - cell
-    cells = _cells(places, low, cell)
-    shape = tuple(int(k) + 2 for k in cells.max(axis=0))
-    count = np.bincount(cells[:, 0] * shape[1] + cells[:, 1], minlength=shape[0] * shape[1])
+    places = [scan.along(axis, flat) for axis in axes]
+    low = np.array([float(place.min()) for place in places]) - cell
+    row, column = (
+        ((place - place.dtype.type(start)) * place.dtype.type(1 / cell)).astype(np.int32)
+        for place, start in zip(places, low, strict=True))
+    shape = int(row.max()) + 2, int(column.max()) + 2
+    count = np.bincount(row * np.int32(shape[1]) + column, minlength=shape[0] * shape[1])
     seen = count >= max(1.0, FEW * float(np.median(count[count > 0])))
     return Ground(axes, low, cell, seen.reshape(shape))
 
@@ -92,6 +91,6 @@ def rim_of(scan: Scan) -> Rim | None:
     if scan.shape is None:
         return None
     measured = scan.image(scan.measured)
-    top, bottom = ends(measured.mean(axis=1))
-    left, right = ends(measured.mean(axis=0))
+    top, bottom = ends(measured[:, ::4].mean(axis=1))
+    left, right = ends(measured[::4].mean(axis=0))
     return Rim(top, left, bottom, right, scan.shape[1])

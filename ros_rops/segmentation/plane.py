@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ros_rops.core.types import Bools, Floats
 from ros_rops.segmentation.footprint import Footprint, footprint_of
 from ros_rops.segmentation.patches import Patches, towards_sensor
-from ros_rops.segmentation.scan import Image, Scan
+from ros_rops.segmentation.scan import dot, Image, Scan
 
 SEEDS = 100
 """Patches whose planes are tried, at most, ..."""
@@ -137,7 +137,7 @@ def find_support(
 
 
 def _heights(patches: Patches, plane: Plane) -> Floats:
-    heights: Floats = (patches.centres * plane.normal).sum(axis=1) - plane.offset
+    heights: Floats = dot(patches.centres, plane.normal) - plane.offset
     return heights
 
 
@@ -159,7 +159,7 @@ def _planes(patches: Patches, least_share: float) -> Iterator[tuple[Plane, Bools
 
 def _of_plane(patches: Patches, plane: Plane, share: float = TOLERANCE) -> Bools:
     close = np.abs(_heights(patches, plane)) <= share * patches.depth
-    members: Bools = close & ((patches.normals * plane.normal).sum(axis=1) >= LEAST_COSINE)
+    members: Bools = close & (dot(patches.normals, plane.normal) >= LEAST_COSINE)
     return members
 
 

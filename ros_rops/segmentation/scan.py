@@ -74,6 +74,14 @@ class Scan:
         return values.reshape(self.shape or (1, -1))
 
 
+def dot(points: NDArray, direction: NDArray) -> NDArray[np.float64]:
+    """Return the products of points (M, 3) with a direction (3,), summed in this order."""
+    # Several times as fast as a sum along the short axis, to the same bits.
+    result: NDArray[np.float64] = (
+        points[:, 0] * direction[0] + points[:, 1] * direction[1] + points[:, 2] * direction[2])
+    return result
+
+
 def scan_of(frame: Frame) -> Scan:
     """Lay out a frame; where its sensor is not stated, it is taken to be a camera if it can."""
     x, y, z = (frame.points[..., k].flatten() for k in range(3))
