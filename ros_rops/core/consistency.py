@@ -8,13 +8,43 @@ shows: views that come to lie on each other without having been registered to ea
 worse than the others.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 
 import numpy as np
 from ros_rops.core.fine_types import EdgeFit, FineResult
 
 # Two views that share less have too few matches to contradict each other.
 LEAST_OVERLAP = 0.05
+
+# A view stands out if its residual exceeds so many times the median of the object's views, or its
+# agreement falls below this share of their median. One of three cannot be told from the others.
+OUTSTANDING_RESIDUAL = 1.4
+OUTSTANDING_AGREEMENT = 0.7
+FEWEST_VIEWS = 4
+
+
+def outstanding_view(result: FineResult, known: Collection[int]) -> int | None:
+    """
+    Return the view that fits worst, if it fits far worse than the others.
+
+    Parameters
+    ----------
+    result : FineResult
+    known : collection of int
+        Views that are not asked for.
+    """
+    if len(result.views) < FEWEST_VIEWS:
+        return None
+    residuals = np.array([view.residual_mr for view in result.views])
+    agreement = np.array([view.agreement for view in result.views])
+    if np.isnan(residuals).any() or np.isnan(agreement).any():
+        return None
+    worse = np.maximum(
+        residuals / np.median(residuals) / OUTSTANDING_RESIDUAL,
+        OUTSTANDING_AGREEMENT * np.median(agreement) / np.maximum(agreement, 1e-9))
+    worse[list(known)] = 0.0
+    worst = int(np.argmax(worse))
+    return worst if worse[worst] > 1.0 else None
 
 
 def agreeing_groups(

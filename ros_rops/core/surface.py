@@ -6,6 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from ros_rops.core.config import Config
 from ros_rops.core.errors import ViewError
 from ros_rops.core.rops import compute_features
@@ -49,6 +50,7 @@ def make_surface(
     config: Config,
     *,
     resolution: float | None = None,
+    beyond: NDArray[np.float32] | None = None,
     threads: int = 0,
 ) -> Surface:
     """
@@ -63,6 +65,8 @@ def make_surface(
         Groups `keypoints`, `lrf`, `rops`, `evidence`.
     resolution : float, optional
         What `mr` means; the mesh's own by default.
+    beyond : (M, 3) float32, optional
+        Where rays ended that pass by the object.
     threads : int
         0 takes all cores; no influence on the result.
 
@@ -81,7 +85,8 @@ def make_surface(
     def evidence() -> Evidence:
         return Evidence.of(
             mesh.vertices[used], mesh.normals[used], mesh.boundary[used], sensor,
-            cell=config.evidence.cell_mr * unit, reach=config.evidence.reach_cells)
+            cell=config.evidence.cell_mr * unit, reach=config.evidence.reach_cells,
+            beyond=beyond)
 
     if threads == 1:
         return Surface(

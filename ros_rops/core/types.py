@@ -125,6 +125,8 @@ class RangeView:
         The sensor's frame.
     support : SupportPlane or None
         What the object stands on, where it was seen.
+    beyond : (M, 3) float32 or None
+        Where rays ended that pass by the object (table, wall): up to there space is empty.
 
     Raises
     ------
@@ -141,6 +143,7 @@ class RangeView:
     stamp_ns: int | None = None
     frame_id: str = ''
     support: SupportPlane | None = None
+    beyond: NDArray[np.float32] | None = None
 
     def __post_init__(self) -> None:
         """Check shapes and make the arrays read-only."""
@@ -160,6 +163,12 @@ class RangeView:
             if colors.shape != points.shape:
                 raise ShapeError(f'colors of {self.name!r}: {colors.shape} != {points.shape}')
             object.__setattr__(self, 'colors', colors)
+        if self.beyond is not None:
+            beyond = frozen(self.beyond, np.float32)
+            if beyond.ndim != 2 or beyond.shape[1] != 3 or not np.isfinite(beyond).all():
+                raise ShapeError(
+                    f'beyond of {self.name!r}: expected finite (M, 3), got {beyond.shape}')
+            object.__setattr__(self, 'beyond', beyond)
 
 
 @dataclass(frozen=True, slots=True)

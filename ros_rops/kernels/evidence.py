@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from ros_rops.core.errors import ShapeError, ViewError
 from ros_rops.core.types import Bools, Floats, frozen, SensorModel
 from ros_rops.kernels import _kernels
@@ -66,6 +67,7 @@ class Evidence:
         *,
         cell: float,
         reach: int,
+        beyond: NDArray[np.float32] | None = None,
     ) -> 'Evidence':
         """
         Build the evidence of a view.
@@ -78,6 +80,8 @@ class Evidence:
         sensor : SensorModel
         cell : float
         reach : int
+        beyond : (M, 3) float32, optional
+            Where rays ended that pass by the object.
 
         Raises
         ------
@@ -92,11 +96,12 @@ class Evidence:
         if boundary.shape != points.shape[:1]:
             raise ShapeError(f'boundary: expected ({len(points)},), got {boundary.shape}')
         centre = points.mean(axis=0)
+        past = np.empty((0, 3)) if beyond is None else beyond.astype(np.float64) - centre
         try:
             kernel = _kernels._Evidence(
                 points - centre, normals, boundary.astype(np.uint8), cell, reach,
                 _SENSOR_KINDS[sensor.kind], list(np.asarray(sensor.origin) - centre),
-                list(sensor.direction))
+                list(sensor.direction), past)
         except ValueError as error:
             extent = ' x '.join(f'{length:.3g}' for length in np.ptp(points, axis=0))
             raise ViewError(

@@ -135,6 +135,7 @@ class Growth:
         """
         key = next(k for k, number in self._object_ids.items() if number == object_id)
         poses = self._shapes[key].members
+        past = self._residuals.get(key, [])
         self._forget(key)
         self._parted = True
         for place, names in enumerate(groups):
@@ -145,6 +146,7 @@ class Growth:
                 self._words.say(names[0], f'object {object_id}', reason)
             elif place == 0:
                 self._object_ids[fresh] = object_id
+                self._residuals[fresh] = past
             else:
                 self._object_ids[fresh] = self._next_object
                 self._next_object += 1

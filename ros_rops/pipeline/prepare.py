@@ -51,7 +51,8 @@ def prepare(
     if resolution is not None:
         _check_resolution(view.name, mesh.resolution / resolution, config.growth.resolution_ratio)
     surface = make_surface(
-        view.name, mesh, view.sensor, config, resolution=resolution, threads=threads)
+        view.name, mesh, view.sensor, config, resolution=resolution, beyond=view.beyond,
+        threads=threads)
     return PreparedView(view, mesh, replace(surface, support=view.support))
 
 

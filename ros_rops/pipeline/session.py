@@ -2,29 +2,25 @@
 # SPDX-License-Identifier: Apache-2.0
 """The engine's state: unordered views come in, one shape per object grows (IV)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 import time
 from types import MappingProxyType
 
 import numpy as np
 
 from ros_rops.core.config import Config
-from ros_rops.core.consistency import agreeing_groups
 from ros_rops.core.errors import ParameterError, ViewError
-from ros_rops.core.fine import FineResult, FineView, refine_shape
-from ros_rops.core.fine_prior import FinePrior
-from ros_rops.core.shape_growing import seed_shape, Shape
+from ros_rops.core.shape_growing import seed_shape
 from ros_rops.core.types import RangeView, Status, Units
-from ros_rops.core.verdict import residual_limit, self_stiffness
+from ros_rops.core.verdict import self_stiffness
 from ros_rops.pipeline.attempt import Attempt
 from ros_rops.pipeline.growth import Growth
 from ros_rops.pipeline.prepare import prepare, PreparedView
+from ros_rops.pipeline.refinement import Refinement
 from ros_rops.pipeline.reports import ObjectModel, PlacedView, ViewReport
 from ros_rops.pipeline.station import StationWatch
 from ros_rops.pipeline.units import in_units
 
-# What is taken apart could come together again, and so on without end.
-RECONSIDERED = 5
 SECONDS = ('prepare', 'screen', 'match', 'ccv', 'icp', 'quick', 'thorough', 'grow', 'fine')
 
 
@@ -59,10 +55,11 @@ class Session:
         self._prepared: dict[str, PreparedView] = {}
         self._views: dict[str, RangeView] = {}
         self._aside: dict[str, ViewReport] = {}
-        self._fits: dict[str, Mapping[str, float]] = {}
         self._seconds = dict.fromkeys(SECONDS, 0.0)
         self._watch = StationWatch(self.config.prior)
         self._growth = Growth(self.config, threads, self._seconds, self._watch)
+        self._refinement = Refinement(
+            self._growth, self._watch, self._prepared, self.config, threads)
 
     def add(self, view: RangeView) -> ViewReport:
         """
@@ -117,12 +114,11 @@ class Session:
         What did not fit an object may fit it now that its poses are better: as long as views
         wait, and find a place, this begins again. More views may be added afterwards.
         """
-        self._growth.settle()
-        self._refine_all()
-        for _ in range(RECONSIDERED):
-            if not self._growth.reconsider():
-                break
-            self._refine_all()
+        started = time.perf_counter()
+        spent = sum(self._seconds.values())
+        self._refinement.run()
+        self._seconds['fine'] += (
+            time.perf_counter() - started - (sum(self._seconds.values()) - spent))
 
     def remove(self, name: str) -> None:
         """
@@ -136,7 +132,7 @@ class Session:
         if name not in self._views:
             raise ParameterError(f'no view {name!r} in the session')
         del self._views[name]
-        self._fits.pop(name, None)
+        self._refinement.fits.pop(name, None)
         self._prepared.pop(name, None)
         if self._aside.pop(name, None) is None:
             self._growth.take_back(name)
@@ -209,88 +205,9 @@ class Session:
             (item for name, item in self._prepared.items() if name not in self._aside), None)
         return first.surface.resolution if first else None
 
-    def _refine_all(self) -> None:
-        started = time.perf_counter()
-        done: set[int] = set()
-        while waiting := sorted(self._growth.objects().keys() - done):
-            done.add(waiting[0])
-            while self._refine(waiting[0]):
-                pass
-        self._seconds['fine'] += time.perf_counter() - started
-
-    def _refine(self, object_id: int) -> bool:
-        """
-        Refine the views of an object; take apart what contradicts itself, and the worst misfit.
-
-        Returns
-        -------
-        bool
-            Whether views were taken away, so that the others want refining again.
-        """
-        shape = self._growth.objects().get(object_id)
-        if shape is None:
-            return False
-        names = list(shape.members)
-        result = self._refined(object_id, shape, names)
-        for name, fit in zip(names, result.views, strict=True):
-            self._fits[name] = {
-                'fine_residual_mr': fit.residual_mr, 'fine_stiffness': fit.stiffness}
-        self._growth.move(object_id, dict(zip(names, result.poses, strict=True)))
-        return (
-            self._take_apart(names, object_id, result)
-            or self._take_misfit_back(names, object_id))
-
-    def _take_apart(self, names: Sequence[str], object_id: int, result: FineResult) -> bool:
-        surfaces = [self._prepared[name].surface for name in names]
-        unit, config = surfaces[0].resolution, self.config.verdict
-        groups = agreeing_groups(
-            result, config.conflict,
-            lambda a, b: residual_limit(surfaces[a], surfaces[b], unit, config))
-        if len(groups) == 1:
-            return False
-        for name in names:
-            del self._fits[name]
-        self._growth.take_apart(
-            object_id, [[names[k] for k in group] for group in groups],
-            'taken back: it contradicts other views of the object')
-        return True
-
-    def _refined(self, object_id: int, shape: Shape, names: Sequence[str]) -> FineResult:
-        """Refine with what the station knows, unless the data speak against it."""
-        views = [FineView.of(self._prepared[name].mesh) for name in names]
-        poses = [shape.members[name] for name in names]
-
-        def refined(prior: FinePrior | None) -> FineResult:
-            return refine_shape(
-                views, poses, shape.surface.resolution, self.config.fine, threads=self.threads,
-                prior=prior)
-
-        free = refined(None)
-        prior = self._watch.fine_prior(
-            names, {name: self._prepared[name].surface for name in names})
-        if prior is None:
-            return free
-        bound = refined(prior)
-        return bound if self._watch.accept(object_id, free, bound) else free
-
-    def _take_misfit_back(self, names: Sequence[str], object_id: int) -> bool:
-        residuals = {name: self._fits[name]['fine_residual_mr'] for name in names}
-        worst = max(names, key=lambda name: np.nan_to_num(residuals[name], nan=-1.0))
-        surface = self._prepared[worst].surface
-        config = self.config.verdict
-        limit = config.misfit * residual_limit(surface, surface, surface.resolution, config)
-        if not residuals[worst] > limit:
-            return False
-        del self._fits[worst]
-        others = [name for name in names if name != worst]
-        self._growth.take_apart(object_id, [others, [worst]], (
-            f'taken back: its residual of {residuals[worst]:.2f} mr after fine registration is '
-            f'above {limit:.2f}'))
-        return True
-
     def _report(self, name: str) -> ViewReport:
         if name in self._aside:
             return self._aside[name]
         report = self._growth.report(name)
-        numbers = {**report.numbers, **self._fits.get(name, {})}
+        numbers = {**report.numbers, **self._refinement.fits.get(name, {})}
         return ViewReport(name, report.status, report.object_id, report.reason, numbers)

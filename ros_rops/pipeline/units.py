@@ -4,6 +4,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 from ros_rops.core.types import RangeView, Units
 
 _METRES = {'m': 1.0, 'mm': 1e-3}
@@ -23,5 +24,7 @@ def in_units(view: RangeView, units: Units) -> RangeView:
     x, y, z = view.sensor.origin
     sensor = replace(view.sensor, origin=(x * factor, y * factor, z * factor))
     support = view.support and replace(view.support, offset=view.support.offset * factor)
+    beyond = None if view.beyond is None else view.beyond * np.float32(factor)
     return replace(
-        view, points=view.points * factor, sensor=sensor, units=units, support=support)
+        view, points=view.points * factor, sensor=sensor, units=units, support=support,
+        beyond=beyond)

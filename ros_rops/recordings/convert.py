@@ -174,7 +174,8 @@ def to_folder(
         given[view.name] = files.of(view.name)
         write_view(inner / given[view.name], view, facts=ViewFacts(
             frame.topic, 'view', view.name, view.units, view.sensor, view.stamp_ns,
-            view.frame_id, support=view.support, log_time_ns=frame.log_time_ns))
+            view.frame_id, support=view.support, log_time_ns=frame.log_time_ns,
+            beyond=view.beyond))
         done.views += 1
     if known is not None and done.views:
         write_poses(

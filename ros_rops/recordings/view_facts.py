@@ -19,6 +19,7 @@ from typing import Any
 import zlib
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ros_rops.core.errors import InputError, RopsError
 from ros_rops.core.frame import Frame
@@ -48,6 +49,7 @@ class ViewFacts:
         For a view whose points do not stand in the order of their pixels.
     log_time_ns : int or None
         In a view's file, which has no other place for it.
+    beyond : (M, 3) float32 or None
     """
 
     topic: str
@@ -62,6 +64,7 @@ class ViewFacts:
     support: SupportPlane | None = None
     notes: tuple[str, ...] = ()
     log_time_ns: int | None = None
+    beyond: NDArray[np.float32] | None = None
 
 
 def encode_facts(facts: ViewFacts) -> bytes:
@@ -75,8 +78,9 @@ def encode_facts(facts: ViewFacts) -> bytes:
     if facts.support is not None:
         content['support'] = support_document(facts.support)
     if facts.grid is not None:
-        packed = base64.b64encode(zlib.compress(facts.grid.astype('<i4').tobytes()))
-        content['grid'] = {'shape': list(facts.grid.shape), 'zlib_base64': packed.decode()}
+        content['grid'] = _packed(facts.grid.astype('<i4'))
+    if facts.beyond is not None:
+        content['beyond'] = _packed(facts.beyond.astype('<f4'))
     if facts.log_time_ns is not None:
         content['log_time_ns'] = facts.log_time_ns
     return json.dumps(content, separators=(',', ':')).encode()
@@ -100,7 +104,7 @@ def decode_facts(data: bytes) -> ViewFacts:
             tuple(int(n) for n in content.get('shape', ())), _grid(content.get('grid')),
             support_of(content.get('support')),
             tuple(str(note) for note in content.get('notes', ())),
-            _stamp(content.get('log_time_ns')))
+            _stamp(content.get('log_time_ns')), _beyond(content.get('beyond')))
     except (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError,
             zlib.error, binascii.Error) as error:
         raise InputError(f'{FACTS_TOPIC}: facts that cannot be read ({error!r})') from None
@@ -113,11 +117,25 @@ def _stamp(value: Any) -> int | None:
 def _grid(content: Mapping[str, Any] | None) -> Ints | None:
     if content is None:
         return None
+    return _unpacked(content, '<i4').astype(np.int32)
+
+
+def _beyond(content: Mapping[str, Any] | None) -> NDArray[np.float32] | None:
+    return None if content is None else _unpacked(content, '<f4').astype(np.float32)
+
+
+def _packed(array: NDArray[Any]) -> dict[str, Any]:
+    packed = base64.b64encode(zlib.compress(array.tobytes()))
+    return {'shape': list(array.shape), 'zlib_base64': packed.decode()}
+
+
+def _unpacked(content: Mapping[str, Any], kind: str) -> NDArray[Any]:
+    """Return the (H, W) array of `_packed`; no more memory is taken than its shape says."""
     height, width = (int(n) for n in content['shape'])
-    limit = 4 * height * width
     unpacker = zlib.decompressobj()
-    data = unpacker.decompress(base64.b64decode(content['zlib_base64']), limit + 1)
-    return np.frombuffer(data, '<i4').reshape(height, width).astype(np.int32)
+    data = unpacker.decompress(
+        base64.b64decode(content['zlib_base64']), 4 * height * width + 1)
+    return np.frombuffer(data, kind).reshape(height, width)
 
 
 def sensor_document(sensor: SensorModel) -> dict[str, Any]:
@@ -240,4 +258,4 @@ def _view(points: Floats32or64, colors: Bytes | None, facts: ViewFacts) -> Range
         colors = None if colors is None else colors[measured]
     return RangeView(
         facts.name, points.astype(np.float64), grid, facts.sensor or SensorModel(), colors,
-        facts.units, facts.stamp_ns, facts.frame_id, facts.support)
+        facts.units, facts.stamp_ns, facts.frame_id, facts.support, facts.beyond)

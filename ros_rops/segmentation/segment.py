@@ -21,7 +21,7 @@ from ros_rops.segmentation.patches import towards_sensor
 from ros_rops.segmentation.plane import Support
 from ros_rops.segmentation.result import Label, PlaneFound, Segmentation
 from ros_rops.segmentation.scan import is_raw, Scan, scan_of
-from ros_rops.segmentation.views import make_view
+from ros_rops.segmentation.views import make_view, rays_beyond
 
 
 def segment(
@@ -94,13 +94,16 @@ def _finished(
     objects = index[cut.numbers].reshape(frame.points.shape[:-1])
     found = None if cut.support is None else _plane_found(scan, cut.support)
     plane = None if found is None else found.plane
+    # What is at a depth edge, or too little to be an object, may be no surface at all.
+    told = ~np.isin(labels, (Label.HOLE, Label.EDGE, Label.SPECK)).reshape(objects.shape)
     views: list[RangeView] = []
     for k in range(chosen):
         name = frame.name if chosen == 1 else f'{frame.name}/{k}'
         views.append(
             make_view(
                 frame, name, objects == k, scan.sensor, plane, segmented, config.most_points,
-                threads))
+                threads,
+                rays_beyond(frame, objects == k, told & (objects != k)) if segmented else None))
     return Segmentation(
         frame, tuple(views), labels.reshape(objects.shape), objects,
         _counts(labels), found, segmented, notes)

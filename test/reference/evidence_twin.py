@@ -16,7 +16,7 @@ NONE, SEEN, IN_FRONT, EMPTY = range(4)
 class EvidenceTwin:
     """What `Evidence.of` makes of a view, as plain arrays about the points' mean."""
 
-    def __init__(self, points, normals, boundary, sensor, *, cell, reach):
+    def __init__(self, points, normals, boundary, sensor, *, cell, reach, beyond=None):
         self.centre = points.mean(axis=0)
         self.cell = np.float32(cell)
         local = (points - self.centre).astype(np.float32)
@@ -41,7 +41,8 @@ class EvidenceTwin:
         self.vertices, self.rim = local[by_cell].astype(float), boundary[by_cell]
         self.vertex_normals = even[at[by_cell]]
         self.raster = None if sensor.kind == 'unknown' else RasterTwin(
-            local, sensor, np.asarray(sensor.origin) - self.centre, self.cell)
+            local, sensor, np.asarray(sensor.origin) - self.centre, self.cell,
+            None if beyond is None else beyond - self.centre)
 
     def locate(self, points):
         return np.floor((points.astype(np.float32) - self.origin) / self.cell).astype(int)
@@ -61,7 +62,7 @@ class EvidenceTwin:
 class RasterTwin:
     """Least depth over pixels of about a cell."""
 
-    def __init__(self, points, sensor, origin, pixel):
+    def __init__(self, points, sensor, origin, pixel, beyond):
         self.pinhole = sensor.kind == 'pinhole'
         w = _unit(np.asarray(sensor.direction, float))
         u = _unit(np.cross([1.0, 0, 0] if abs(w[0]) < 0.8 else [0, 1.0, 0], w))
@@ -69,10 +70,26 @@ class RasterTwin:
         self.origin = origin if self.pinhole else np.zeros(3)
         seen = self.project(points)
         self.pixel = pixel / seen[:, 2].mean() if self.pinhole else pixel
-        self.low = seen[:, :2].min(axis=0) - 3 * self.pixel
-        self.shape = ((seen[:, :2].max(axis=0) - self.low) / self.pixel).astype(int) + 4
+        low, high = seen[:, :2].min(axis=0), seen[:, :2].max(axis=0)
+        if beyond is not None:
+            low, high = 2 * low - high, 2 * high - low
+        self.low = low - 3 * self.pixel
+        self.shape = ((high - self.low) / self.pixel).astype(int) + 4
         self.depth = np.full(self.shape, np.inf)
         np.minimum.at(self.depth, tuple(self.pixels(seen).T), seen[:, 2])
+
+        self.past = np.full(self.shape, np.inf)
+        if beyond is not None:
+            self.look_beyond(self.project(beyond))
+
+    def look_beyond(self, rays):
+        inside = ((self.pixels(rays) >= 0) & (self.pixels(rays) < self.shape)).all(axis=1)
+        rays = rays[inside]
+        apart = np.sqrt(np.prod(self.shape) / max(len(rays), 1))
+        reach = min(int(apart / 2 + 0.5), 4)
+        for (i, j), depth in zip(self.pixels(rays), rays[:, 2], strict=True):
+            window = np.s_[max(i - reach, 0):i + reach + 1, max(j - reach, 0):j + reach + 1]
+            self.past[window] = np.minimum(self.past[window], depth)
 
     def project(self, points):
         local = (points - self.origin) @ self.axes.T
@@ -97,6 +114,8 @@ class RasterTwin:
                 words.append(NONE)
             elif np.isfinite(around[0]):
                 words.append(IN_FRONT if z < around[0] - tolerance else SEEN)
+            elif inside and np.isfinite(self.past[i, j]):
+                words.append(IN_FRONT if z < self.past[i, j] - tolerance else SEEN)
             elif np.isfinite(around[1]):
                 words.append(NONE)
             else:

@@ -14,6 +14,16 @@ REACH = 7
 
 @pytest.fixture(scope='module')
 def views():
+    return two_views(walled=False)
+
+
+@pytest.fixture(scope='module')
+def walled_views():
+    return two_views(walled=True)
+
+
+def two_views(walled):
+    """Return views of a bumpy ball, with or without the wall behind it that each saw."""
     looks = np.array([[0.2, 0.1, 1.0], [0.7, -0.3, 0.8]])
     fine, poses, resolution = bumpy.views_of(looks, count=3000, noise=0.1)
     made = []
@@ -22,8 +32,19 @@ def views():
         given = (view.points, view.normals, view.boundary, SensorModel(
             'orthographic', direction=ray))
         size = {'cell': 2 * resolution, 'reach': REACH}
+        if walled:
+            size['beyond'] = wall_behind(view.points, np.array(ray))
         made.append((Evidence.of(*given, **size), twin.EvidenceTwin(*given, **size)))
     return made, np.linalg.inv(poses[1]) @ poses[0], resolution
+
+
+def wall_behind(points, ray):
+    """Return rays that passed by the points and ended on a wall behind them."""
+    side = np.linalg.svd(ray[None])[2][1:]
+    flat, middle = (points - points.mean(axis=0)) @ side.T, points.mean(axis=0)
+    places = np.random.default_rng(9).uniform(-70, 70, (1500, 2))
+    past = np.linalg.norm(places[:, None] - flat[None], axis=2).min(axis=1) > 3.0
+    return (middle + places[past] @ side + 40 * ray).astype(np.float32)
 
 
 @pytest.fixture(scope='module')
@@ -55,6 +76,19 @@ def test_score_equals_the_twin(views, starts):
         assert np.allclose(values[:, [0, 3]], expected[:, [0, 3]], atol=2e-3)
         assert np.allclose(values[:, 1:3], expected[:, 1:3], atol=1e-9)
     assert found[:, :, 1:].any(axis=(0, 1)).all()  # every kind of contradiction occurred
+
+
+def test_what_was_seen_beyond_contradicts_as_the_twin_says(views, walled_views, starts):
+    ((source, source_twin), (target, target_twin)), _, mr = walled_views
+    limits = {'samples': 200, 'tau': 6 * mr, 'front': 4 * mr}
+    found = np.stack(score(source, target, starts, **limits), axis=2)
+    for pose, values in zip(starts, found, strict=True):
+        expected = twin.score(source_twin, target_twin, pose, 200, 6 * mr, 4 * mr)
+        assert np.allclose(values[:, 1:3], expected[:, 1:3], atol=1e-9)
+    ((plain, _), (other, _)), _, _ = views
+    without = np.stack(score(plain, other, starts, **limits), axis=2)
+    assert found[0, :, 1].max() < 0.01  # the exact pose stands in front of nothing
+    assert found[-1, :, 1].sum() > without[-1, :, 1].sum() + 0.3
 
 
 def test_the_exact_pose_scores_best(views, starts):

@@ -69,8 +69,9 @@ constexpr std::size_t kMostCells = 64u << 20;
 // Throws std::length_error if the extent takes more than kMostCells cells.
 Field build_field(const std::vector<Oriented>& vertices, const std::vector<std::uint8_t>& rim,
                   float cell, int reach);
-Raster build_raster(const std::vector<Oriented>& vertices, bool pinhole, Float3 origin,
-                    Float3 direction, float pixel);
+// `beyond`: where rays ended that pass by the object.
+Raster build_raster(const std::vector<Oriented>& vertices, const std::vector<Float3>& beyond,
+                    bool pinhole, Float3 origin, Float3 direction, float pixel);
 void draw_samples(Evidence& evidence);
 
 // Grow `shape` by `view` (IV-A): its vertices farther than `near` from the shape are added, and

@@ -7,8 +7,43 @@
 
 namespace rops {
 
-Raster build_raster(const std::vector<Oriented>& vertices, bool pinhole, Float3 origin,
-                    Float3 direction, float pixel) {
+namespace {
+
+// Beside the object as far as the object is large: that is where another pose would put it.
+constexpr float kMargin = 1.0f;
+
+// Where nothing of the object was seen, rays that ended beyond it tell that space is empty.
+void look_beyond(Raster& raster, const std::vector<Float3>& beyond) {
+  std::vector<Float3> seen;
+  for (const Float3& point : beyond) {
+    const Float3 s = raster.sensor_from_frame.apply(point);
+    if (raster.pinhole && s.z <= 0) continue;
+    const float inverse = raster.pinhole ? 1 / s.z : 1;
+    const float i = (s.x * inverse - raster.u0) * raster.per_pixel;
+    const float j = (s.y * inverse - raster.v0) * raster.per_pixel;
+    if (i >= 0 && j >= 0 && i < raster.nu && j < raster.nv) seen.push_back({i, j, s.z});
+  }
+  if (seen.empty()) return;
+  // The rays are thinned: each stands for the pixels up to half way to its neighbours.
+  const float apart = std::sqrt(static_cast<float>(raster.nearest.size()) / seen.size());
+  const int reach = std::min(static_cast<int>(apart / 2 + 0.5f), 4);
+  std::vector<float> depths(raster.nearest.size(), INFINITY);
+  for (const Float3& s : seen)
+    for (int j = std::max(static_cast<int>(s.y) - reach, 0);
+         j <= std::min(static_cast<int>(s.y) + reach, raster.nv - 1); ++j)
+      for (int i = std::max(static_cast<int>(s.x) - reach, 0);
+           i <= std::min(static_cast<int>(s.x) + reach, raster.nu - 1); ++i) {
+        float& d = depths[static_cast<std::size_t>(j) * raster.nu + i];
+        d = std::min(d, s.z);
+      }
+  for (std::size_t k = 0; k < depths.size(); ++k)
+    if (raster.nearest[k] == INFINITY) raster.nearest[k] = depths[k];
+}
+
+}  // namespace
+
+Raster build_raster(const std::vector<Oriented>& vertices, const std::vector<Float3>& beyond,
+                    bool pinhole, Float3 origin, Float3 direction, float pixel) {
   Raster raster;
   raster.pinhole = pinhole;
   const Float3 w = normalized(direction);
@@ -32,6 +67,10 @@ Raster build_raster(const std::vector<Oriented>& vertices, bool pinhole, Float3 
   for (const Float3& s : seen) {
     raster.u0 = std::min(raster.u0, s.x), raster.v0 = std::min(raster.v0, s.y);
     u1 = std::max(u1, s.x), v1 = std::max(v1, s.y);
+  }
+  if (!beyond.empty()) {
+    const float du = kMargin * (u1 - raster.u0), dv = kMargin * (v1 - raster.v0);
+    raster.u0 -= du, raster.v0 -= dv, u1 += du, v1 += dv;
   }
   raster.u0 -= 3 * raster.pixel, raster.v0 -= 3 * raster.pixel;
   raster.nu = static_cast<int>((u1 - raster.u0) / raster.pixel) + 4;
@@ -58,6 +97,7 @@ Raster build_raster(const std::vector<Oriented>& vertices, bool pinhole, Float3 
           if (std::abs(a - i) < 2 && std::abs(b - j) < 2) d = std::min(d, at);
         }
     }
+  look_beyond(raster, beyond);
   return raster;
 }
 

@@ -35,15 +35,21 @@ std::vector<Oriented> to_oriented(const Doubles& points, const Doubles& normals)
 
 std::shared_ptr<Evidence> make_evidence(const Doubles& points, const Doubles& normals,
                                         const Flags& rim, float cell, int reach, int sensor,
-                                        const Triple& origin, const Triple& direction) {
+                                        const Triple& origin, const Triple& direction,
+                                        const Doubles& beyond) {
   const std::vector<Oriented> vertices = to_oriented(points, normals);
   const std::vector<std::uint8_t> edge(rim.data(), rim.data() + rim.size());
+  std::vector<Float3> past(beyond.shape(0));
+  for (std::size_t i = 0; i < past.size(); ++i)
+    past[i] = {static_cast<float>(beyond.data()[3 * i]),
+               static_cast<float>(beyond.data()[3 * i + 1]),
+               static_cast<float>(beyond.data()[3 * i + 2])};
   py::gil_scoped_release release;
   auto out = std::make_shared<Evidence>();
   out->field = build_field(vertices, edge, cell, reach);
   if (sensor)
     out->rasters.push_back(
-        build_raster(vertices, sensor == 2, to_float3(origin), to_float3(direction), cell));
+        build_raster(vertices, past, sensor == 2, to_float3(origin), to_float3(direction), cell));
   draw_samples(*out);
   return out;
 }
