@@ -50,12 +50,15 @@ class Evidence:
         Edge of a cell.
     reach : int
         Cells that the field looks around a surface.
+    past : bool
+        Whether rays that passed by the object are among it.
     """
 
     kernel: '_kernels._Evidence'
     centre: Floats
     cell: float
     reach: int
+    past: bool = False
 
     @classmethod
     def of(
@@ -107,12 +110,17 @@ class Evidence:
             raise ViewError(
                 f'its extent of {extent} is out of proportion to the mesh resolution: '
                 f'remove stray points') from error
-        return cls(kernel, centre, cell, reach)
+        return cls(kernel, centre, cell, reach, len(past) > 0)
 
     @property
     def area(self) -> float:
         """Size of the surface, in squared units of the points, to some 10 %: its cells."""
         return float(self.kernel.sample_count) * self.cell**2
+
+    @property
+    def views(self) -> int:
+        """Number of views whose rays testify; a view of an unknown sensor has none."""
+        return int(self.kernel.sensor_count)
 
     @property
     def noise(self) -> float:
@@ -157,7 +165,7 @@ class Evidence:
             raise ViewError(
                 'together they extend too far for the mesh resolution: remove stray points'
             ) from error
-        return Evidence(kernel, self.centre, self.cell, self.reach)
+        return Evidence(kernel, self.centre, self.cell, self.reach, self.past or view.past)
 
 
 def about_centres(poses: Floats, source_centre: Floats, target_centre: Floats) -> Floats:

@@ -1,6 +1,6 @@
 # Copyright 2026 The ros_rops authors
 # SPDX-License-Identifier: Apache-2.0
-"""Rays that pass by an object: cut out with it, kept with it, used. Truth: a scene made by hand."""
+"""Rays that pass by an object: cut out, kept and used with it. Truth: a scene made by hand."""
 
 from dataclasses import replace
 
