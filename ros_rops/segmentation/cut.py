@@ -8,13 +8,13 @@ import numpy as np
 from ros_rops.core.config import SegmentationConfig
 from ros_rops.core.types import Bools, Bytes, Ints
 from ros_rops.segmentation.cells import spacing_of
-from ros_rops.segmentation.ground import ground_of
-from ros_rops.segmentation.objects import group_parts, look_at_parts, Part, with_ground
+from ros_rops.segmentation.ground import Ground, ground_of
+from ros_rops.segmentation.objects import group_parts, look_at_parts, Part
 from ros_rops.segmentation.parts import Parts, parts_of_pixels, parts_of_points
 from ros_rops.segmentation.patches import patches_of
 from ros_rops.segmentation.plane import find_support, Support
 from ros_rops.segmentation.result import Label
-from ros_rops.segmentation.scan import Image, pitch_of, Scan
+from ros_rops.segmentation.scan import dot, Image, pitch_of, Scan
 
 SMALLEST_IMAGE = 12
 """An organized frame with a shorter side is treated as an unorganized one."""
@@ -110,7 +110,7 @@ def _objects(
         scan, numbers, found.count, heights, band, support, step, labels)
     doubt = any(not part.stands and part.size >= config.least_points for part in parts)
     if support is not None and doubt:
-        parts = with_ground(parts, ground_of(scan, labels, support))
+        parts = _with_ground(parts, ground_of(scan, labels, support))
     plane = scan.image(labels == Label.PLANE) if scan.shape else None
     objects, lost = group_parts(parts, config.gap_m * scan.scale, config.least_points, plane)
     table = np.zeros(found.count + 1, np.int32)
@@ -126,6 +126,15 @@ def _objects(
     labels[dropped] = fate[numbers[dropped]]
     result: Ints = table[numbers]
     return result, _notes([part for part in objects if part.size >= config.least_points], lost)
+
+
+def _with_ground(parts: list[Part], ground: Ground) -> list[Part]:
+    """Tell of parts where they are on the plane, and how much of it is hidden by what hovers."""
+    return [
+        replace(
+            part, places=np.stack([dot(part.sample, axis) for axis in ground.axes], axis=1),
+            hidden=0.0 if part.stands else ground.hidden_below(part.sample))
+        for part in parts]
 
 
 def _notes(objects: list[Part], lost: list[Part]) -> tuple[str, ...]:

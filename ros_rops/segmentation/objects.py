@@ -6,10 +6,9 @@ Which connected parts make an object: those that stand on the plane, and what be
 A part hovers where its contact with the plane is not seen. A head before a body belongs to the
 nearest part that stands, if it is no farther from it than that one is large. An object whose foot
 is hidden, by its own belly or by another object before it, has no plane to be seen below: it
-stands, too, where it is not near to another. What reaches into the image over a plane that is
-seen, and is near to nothing, is a hand or a cable. A small part that stands close to a much
-larger one, with nothing of the plane to be seen between, is a piece of it: a leg whose upper end
-is hidden.
+stands, too, where it is not near to another. What reaches into the image and is near to nothing
+is a hand or a cable. A small part that stands close to a much larger one, with nothing of the
+plane to be seen between, is a piece of it: a leg.
 """
 
 from dataclasses import dataclass, replace
@@ -17,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from ros_rops.core.types import Bytes, Floats, Ints
-from ros_rops.segmentation.ground import Ground, rim_of
+from ros_rops.segmentation.ground import rim_of
 from ros_rops.segmentation.plane import Support
 from ros_rops.segmentation.result import Label
 from ros_rops.segmentation.scan import Image, Scan
@@ -38,7 +37,7 @@ NEAR = 0.5
 HIDDEN = 0.2
 """The foot of a part may be hidden if below this share of it the plane is not seen."""
 OWN = 0.35
-"""Such a part is an object if it is this share of their mean size from another one ..."""
+"""Such a part is an object if, on the plane, it is this share of their size from others ..."""
 OWN_POINTS = 0.05
 """... and has this share of its points."""
 REACHES = 0.25
@@ -66,6 +65,8 @@ class Part:
         Whether it reaches out of the image.
     hidden : float
         Of a part that hovers: share below which the plane is not seen.
+    places : (S, 2) float64, or None
+        The sample on the plane, where some part is in doubt.
     """
 
     numbers: tuple[int, ...]
@@ -75,6 +76,7 @@ class Part:
     stands: bool
     reaches: bool = False
     hidden: float = 0.0
+    places: Floats | None = None
 
     @property
     def extent(self) -> float:
@@ -83,11 +85,13 @@ class Part:
 
     def joined(self, other: 'Part') -> 'Part':
         """Return both as one."""
+        places = (self.places, other.places)
         return Part(
             self.numbers + other.numbers, self.size + other.size,
             np.concatenate([self.index, other.index]),
             np.concatenate([self.sample, other.sample]), self.stands or other.stands,
-            self.reaches or other.reaches, self.hidden)
+            self.reaches or other.reaches, self.hidden,
+            None if places[0] is None or places[1] is None else np.concatenate(places))
 
 
 def group_parts(
@@ -160,7 +164,12 @@ def _belongs(part: Part, other: Part, apart: float, gap: float, least: int) -> b
     if apart > other.extent * (REACHES if part.reaches else 1.0):
         return False
     own = part.hidden >= HIDDEN and part.size >= max(least, OWN_POINTS * other.size)
-    return not own or apart <= max(gap, OWN * float(np.sqrt(part.extent * other.extent)))
+    if not own or part.places is None or other.places is None:
+        return True
+    if other.size < least:
+        return False  # a splinter that stands would make a chain, too
+    limit = max(gap, OWN * float(np.sqrt(part.extent * other.extent)))
+    return _apart(part.places, other.places, limit) <= limit
 
 
 def _merged(objects: list[Part], gap: float, plane: NDArray | None) -> list[Part]:
@@ -253,13 +262,6 @@ def look_at_parts(
     labels[few] = Label.SPECK
     numbers[few] = 0
     return parts
-
-
-def with_ground(parts: list[Part], ground: Ground) -> list[Part]:
-    """Tell of the parts that hover how much of the plane below them is hidden."""
-    return [
-        part if part.stands else replace(part, hidden=ground.hidden_below(part.sample))
-        for part in parts]
 
 
 def _thin(members: NDArray) -> NDArray:

@@ -64,3 +64,13 @@ def test_an_empty_frame_says_why():
     frame = shoot([]).frame
     nothing = segment(replace(frame, points=np.full_like(frame.points, np.nan)), ALWAYS)
     assert nothing.why_empty.endswith('nothing is measured')
+
+
+def test_a_tower_over_its_base_is_no_object_of_its_own():
+    # Seen from above the tower's shaft is hidden.
+    base, shaft, top = Box((-0.1, -0.06, 0), (0.1, 0.06, 0.02)), Post(0.05, 0, 0.01, 0.1), Box(
+        (0.03, -0.025, 0.1), (0.08, 0.025, 0.13))
+    shot = shoot([base, shaft, top], **NOISY, eye=(0, -0.1, 0.55), size=(640, 480))
+    result = segment(shot.frame, ALWAYS)
+    assert len(result.views) == 1
+    assert scores(result.labels == Label.KEPT, shot.body >= FIRST_BODY)[1] > 0.95
