@@ -119,7 +119,7 @@ class Evidence:
 
     @property
     def views(self) -> int:
-        """Number of views whose rays testify; a view of an unknown sensor has none."""
+        """Return the number of views whose rays testify; one of an unknown sensor has none."""
         return int(self.kernel.sensor_count)
 
     @property
