@@ -50,7 +50,7 @@ class Evidence:
         Edge of a cell.
     reach : int
         Cells that the field looks around a surface.
-    past : bool
+    beyond : bool
         Whether rays that passed by the object are among it.
     """
 
@@ -58,7 +58,7 @@ class Evidence:
     centre: Floats
     cell: float
     reach: int
-    past: bool = False
+    beyond: bool = False
 
     @classmethod
     def of(
@@ -165,7 +165,7 @@ class Evidence:
             raise ViewError(
                 'together they extend too far for the mesh resolution: remove stray points'
             ) from error
-        return Evidence(kernel, self.centre, self.cell, self.reach, self.past or view.past)
+        return Evidence(kernel, self.centre, self.cell, self.reach, self.beyond or view.beyond)
 
 
 def about_centres(poses: Floats, source_centre: Floats, target_centre: Floats) -> Floats:
