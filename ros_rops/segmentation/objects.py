@@ -85,13 +85,14 @@ class Part:
 
     def joined(self, other: 'Part') -> 'Part':
         """Return both as one."""
-        places = (self.places, other.places)
+        places = None
+        if self.places is not None and other.places is not None:
+            places = np.concatenate([self.places, other.places])
         return Part(
             self.numbers + other.numbers, self.size + other.size,
             np.concatenate([self.index, other.index]),
             np.concatenate([self.sample, other.sample]), self.stands or other.stands,
-            self.reaches or other.reaches, self.hidden,
-            None if places[0] is None or places[1] is None else np.concatenate(places))
+            self.reaches or other.reaches, self.hidden, places)
 
 
 def group_parts(
