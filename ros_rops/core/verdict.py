@@ -80,7 +80,8 @@ def judge(
     unit = 0.5 * (source.resolution + target.resolution)
     limit = residual_limit(source, target, unit, config)
     drifted = any(
-        side.evidence.beyond and side.evidence.views >= DRIFTING_VIEWS for side in (source, target))
+        side.beyond and side.views >= DRIFTING_VIEWS
+        for side in (source.evidence, target.evidence))
     most = config.contradiction * (DRIFT if drifted else 1.0)
     finalists = _admitted(source, target, known, sorted(
         _examined(source, target, candidates.poses[:FINALISTS], unit, limit, most),
