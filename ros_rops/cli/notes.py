@@ -4,7 +4,8 @@
 
 from collections.abc import Sequence
 from pathlib import PurePosixPath
-import re
+
+from ros_rops.intake.reports import without_figures
 
 
 class Notes:
@@ -20,7 +21,7 @@ class Notes:
             for prefix in (f'{name}: ', f'{PurePosixPath(name).name}: '):
                 note = note.removeprefix(prefix)
             # Figures differ from view to view.
-            what = re.sub(r'[-+]?\d[\d.e+-]*', '#', note)
+            what = without_figures(note)
             self._first.setdefault(what, (name, note))
             self._count[what] = self._count.get(what, 0) + 1
 

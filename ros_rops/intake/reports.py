@@ -109,5 +109,9 @@ def frames_document(frames: Sequence[FrameReport]) -> dict[str, Any]:
 
 
 def without_figures(text: str) -> str:
-    """Return `text` with '#' for every number, so that reasons that say the same are the same."""
-    return re.sub(r'[-+]?\d[\d.e+-]*', '#', text)
+    """
+    Return `text` with '#' for every number, so that reasons that say the same are the same.
+
+    Digits that end a word are part of a name, as in `tf2_msgs` and `PointCloud2`.
+    """
+    return re.sub(r'(?<![A-Za-z_]{2})(?<!\d)[-+]?\d[\d.e+-]*', '#', text)

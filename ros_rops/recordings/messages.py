@@ -8,10 +8,11 @@ that rosbags carries of ROS 2 Jazzy and ROS 1 Noetic.
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 from ros_rops.core.errors import InputError
+from ros_rops.recordings.unpacking import unpack_message
 
 LARGEST_DEFINITION = 2**20
 """Characters; the definitions of all of common_interfaces together have half of that."""
@@ -52,6 +53,14 @@ class RawMessage:
     log_time_ns: int
     data: bytes | memoryview
     fault: str = ''
+
+
+def unpacked(raw: RawMessage) -> RawMessage:
+    """Return a message that is compressed by zstd as it was before."""
+    try:
+        return replace(raw, data=unpack_message(raw.data))
+    except InputError as error:
+        return replace(raw, data=b'', fault=str(error))
 
 
 @dataclass(frozen=True, slots=True)

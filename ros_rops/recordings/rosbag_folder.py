@@ -8,8 +8,7 @@ from pathlib import Path
 
 from ros_rops.core.errors import InputError
 from ros_rops.recordings.files import natural_key
-from ros_rops.recordings.messages import Channel, Cut, RawMessage, Storage
-from ros_rops.recordings.unpacking import unpack_message
+from ros_rops.recordings.messages import Channel, Cut, RawMessage, Storage, unpacked
 
 METADATA = 'metadata.yaml'
 STORAGE_SUFFIXES = ('.db3', '.mcap', '.db3.zstd', '.mcap.zstd')
@@ -98,13 +97,6 @@ class Joined:
                 if isinstance(item, Cut):
                     yield Cut(f'{path.name}: {item.reason}')
                 elif self._packed:
-                    yield _unpacked(item)
+                    yield unpacked(item)
                 else:
                     yield item
-
-
-def _unpacked(raw: RawMessage) -> RawMessage:
-    try:
-        return replace(raw, data=unpack_message(raw.data))
-    except InputError as error:
-        return replace(raw, data=b'', fault=str(error))

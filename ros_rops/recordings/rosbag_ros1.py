@@ -9,6 +9,7 @@ messages, compressed together.
 """
 
 from collections.abc import Iterator
+from contextlib import suppress
 import os
 from pathlib import Path
 import struct
@@ -111,7 +112,10 @@ class Ros1Bag:
                 size = os.fstat(stream.fileno()).st_size
                 stream.seek(len(MAGIC))
                 while stream.tell() < size:
-                    header, data = _read(stream, size)
+                    header, data, lacking = _read(stream, size)
+                    if lacking:
+                        yield from _before_cut(header, data, known, topics)
+                        raise _TornError(f'its last record lacks {lacking} bytes')
                     indexed = indexed or _kind(header) == CONNECTION
                     yield from _taken(header, data, known, topics)
         except _TornError as error:
@@ -121,15 +125,26 @@ class Ros1Bag:
             yield Cut('it ends before its index')
 
 
-def _taken(
+def _before_cut(
     header: dict[bytes, bytes], data: memoryview, known: dict[int, Channel],
     topics: frozenset[str] | None,
+) -> Iterator[RawMessage]:
+    """Yield the whole messages of a chunk in which the file breaks off."""
+    if _kind(header) == CHUNK:
+        with suppress(_TornError):
+            yield from _taken(header, data, known, topics, whole=False)
+
+
+def _taken(
+    header: dict[bytes, bytes], data: memoryview, known: dict[int, Channel],
+    topics: frozenset[str] | None, *, whole: bool = True,
 ) -> Iterator[RawMessage]:
     """Yield the messages of one record of the file, connections noted in `known`."""
     if _kind(header) == CHUNK:
         try:
             content = unpack_chunk(
-                header.get(b'compression', b'').decode('latin-1'), data, _number(header, b'size'))
+                header.get(b'compression', b'').decode('latin-1'), data, _number(header, b'size'),
+                whole=whole)
         except InputError as error:
             raise _TornError(str(error)) from None
         yield from _of_chunk(memoryview(content), known, topics)
@@ -164,15 +179,18 @@ def _normal(topic: str) -> str:
     return '/' * topic.startswith('/') + '/'.join(part for part in topic.split('/') if part)
 
 
-def _read(stream: IO[bytes], size: int) -> Record:
-    """Return one record of a file that has `size` bytes."""
-    def part() -> bytes:
+def _read(stream: IO[bytes], size: int) -> tuple[dict[bytes, bytes], memoryview, int]:
+    """Return a record of a file that has `size` bytes, and how many its data lacks."""
+    def part() -> tuple[bytes, int]:
         length, = struct.unpack('<I', _exactly(stream.read(4), 4))
-        if length > size - stream.tell():
-            raise _TornError(f'a record of {length} bytes, {size - stream.tell()} left')
-        return stream.read(length)
+        left = size - stream.tell()
+        return stream.read(min(length, left)), max(length - left, 0)
 
-    return _fields(memoryview(part())), memoryview(part())
+    header, lacking = part()
+    if lacking:
+        raise _TornError(f'its last record lacks {lacking} bytes')
+    data, lacking = part()
+    return _fields(memoryview(header)), memoryview(data), lacking
 
 
 def _records(content: memoryview) -> Iterator[Record]:

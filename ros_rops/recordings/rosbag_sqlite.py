@@ -14,8 +14,10 @@ import sqlite3
 from urllib.parse import quote
 
 from ros_rops.core.errors import InputError
-from ros_rops.recordings.messages import Channel, Cut, RawMessage, spelled
+from ros_rops.recordings.messages import Channel, Cut, RawMessage, spelled, unpacked
 
+ZSTD = b'\x28\xb5\x2f\xfd'
+"""No message in CDR begins so: its first byte is 0."""
 MAGIC = b'SQLite format 3\0'
 MOST_GAPS = 1000
 """So many damaged places are stepped over."""
@@ -28,6 +30,9 @@ class SqliteFile:
     Parameters
     ----------
     path : Path
+    unpack : bool
+        Whether messages that are compressed each by itself are unpacked: without the folder's
+        metadata nothing else tells that they are.
 
     Raises
     ------
@@ -35,8 +40,8 @@ class SqliteFile:
         If it is no sqlite3 file or lacks rosbag2's tables.
     """
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
+    def __init__(self, path: Path, *, unpack: bool = False) -> None:
+        self._path, self._unpack = path, unpack
         self._connection = _connect(path)
         self._tail = _tail(path)
         try:
@@ -81,7 +86,9 @@ class SqliteFile:
             if number == last and self._is_torn(data):
                 cut = cut or Cut('its last page is not whole')
                 continue
-            yield RawMessage(self._channels[topic], time, data)
+            raw = RawMessage(self._channels[topic], time, data)
+            packed = self._unpack and raw.channel.encoding == 'cdr' and data.startswith(ZSTD)
+            yield unpacked(raw) if packed else raw
         if cut is not None:
             yield cut
 

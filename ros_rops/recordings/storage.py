@@ -38,7 +38,7 @@ def _open_folder(folder: Path, stack: ExitStack) -> Storage:
     storages: list[tuple[Path, Storage | InputError]] = []
     for file in files:
         try:
-            storages.append((file, _open_file(file, stack)))
+            storages.append((file, _open_file(file, stack, unpack=not packed)))
         except OSError as error:
             storages.append((file, InputError(f'cannot be read ({error.strerror or error})')))
         except InputError as error:
@@ -48,16 +48,16 @@ def _open_folder(folder: Path, stack: ExitStack) -> Storage:
     return Joined(storages, packed)
 
 
-def _open_file(path: Path, stack: ExitStack) -> Storage:
+def _open_file(path: Path, stack: ExitStack, *, unpack: bool = True) -> Storage:
     name = path.name.lower()
     if name.endswith('.zstd'):
-        return _open_file(_unpacked(path, stack), stack)
+        return _open_file(_unpacked(path, stack), stack, unpack=unpack)
     if name.endswith('.mcap'):
         return McapFile(path, stack.enter_context(path.open('rb')))
     if name.endswith('.db3'):
         from ros_rops.recordings.rosbag_sqlite import SqliteFile
 
-        sqlite = SqliteFile(path)
+        sqlite = SqliteFile(path, unpack=unpack)
         stack.callback(sqlite.close)
         return sqlite
     if name.endswith('.bag'):

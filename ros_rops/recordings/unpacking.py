@@ -64,7 +64,9 @@ def _copy(zstandard: Any, packed: IO[bytes], out: IO[bytes], limit: int | None) 
             out.write(block)
 
 
-def unpack_chunk(compression: str, data: memoryview, size: int) -> bytes | memoryview:
+def unpack_chunk(
+    compression: str, data: memoryview, size: int, *, whole: bool = True
+) -> bytes | memoryview:
     """
     Return the content of a ROS 1 bag's chunk.
 
@@ -74,6 +76,8 @@ def unpack_chunk(compression: str, data: memoryview, size: int) -> bytes | memor
     data : memoryview
     size : int
         Of the content, as the chunk states it.
+    whole : bool
+        False where the file breaks off within the chunk: its content then as far as it goes.
 
     Raises
     ------
@@ -94,6 +98,6 @@ def unpack_chunk(compression: str, data: memoryview, size: int) -> bytes | memor
             content = unpackers[compression]().decompress(data, max_length=size + 1)
         except (OSError, EOFError, ValueError, RuntimeError) as error:
             raise InputError(f'a chunk is damaged ({error})') from None
-    if len(content) != size:
+    if whole and len(content) != size:
         raise InputError(f'a chunk holds {len(content)} bytes and states {size}')
     return content

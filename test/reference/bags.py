@@ -146,12 +146,13 @@ def _rosbag2(path: Path, records: Sequence[Record], plugin: StoragePlugin,
         _fill(writer, records, JAZZY, ros1=False)
 
 
-def _ros1(path: Path, records: Sequence[Record], compression: Any) -> None:
+def write_ros1(path: Path, records: Sequence[Record], compression: Any, *,
+               chunk: int = 4000) -> None:
+    """Write a .bag; its chunks are small, so that a bag that breaks off keeps some."""
     writer = Ros1Writer(path)
     if compression is not None:
         writer.set_compression(compression)
-    # Small chunks, so that a bag that breaks off keeps some.
-    writer.chunk_threshold = 4000
+    writer.chunk_threshold = chunk
     with writer:
         _fill(writer, records, NOETIC, ros1=True)
 
@@ -181,9 +182,9 @@ FORMATS: dict[str, tuple[str, Callable[[Path, Sequence[Record]], None]]] = {
         p, r, StoragePlugin.MCAP, CompressionMode.FILE)),
     'folder mcap storage': ('a', lambda p, r: _rosbag2(
         p, r, StoragePlugin.MCAP, CompressionMode.STORAGE)),
-    'bag': ('a.bag', lambda p, r: _ros1(p, r, None)),
-    'bag bz2': ('a.bag', lambda p, r: _ros1(p, r, Ros1Writer.CompressionFormat.BZ2)),
-    'bag lz4': ('a.bag', lambda p, r: _ros1(p, r, Ros1Writer.CompressionFormat.LZ4)),
+    'bag': ('a.bag', lambda p, r: write_ros1(p, r, None)),
+    'bag bz2': ('a.bag', lambda p, r: write_ros1(p, r, Ros1Writer.CompressionFormat.BZ2)),
+    'bag lz4': ('a.bag', lambda p, r: write_ros1(p, r, Ros1Writer.CompressionFormat.LZ4)),
 }
 """By name: what the recording is called, and who writes it."""
 

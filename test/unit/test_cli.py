@@ -17,6 +17,7 @@ from ros_rops.cli.options import add_engine_arguments, config_of, seeds
 from ros_rops.cli.progress import Progress
 from ros_rops.core.config import Config
 from ros_rops.core.errors import KernelMissingError
+from ros_rops.intake.reports import without_figures
 import ros_rops.kernels
 
 
@@ -82,6 +83,11 @@ def test_notes_that_say_the_same_are_said_once():
     assert notes.lines() == [
         '2 views: units inferred: m (0.15 across) [figures of a.ply]',
         'set/b.ply: sensor unknown']
+
+
+def test_digits_in_names_are_no_figures():
+    assert without_figures('/tf2: tf2_msgs/msg/PointCloud2 of 12 x 3.5e-2 m, -4 mr') == (
+        '/tf2: tf2_msgs/msg/PointCloud2 of # x # m, # mr')
 
 
 def test_notes_without_figures_name_the_first_view_and_count_the_others():

@@ -8,12 +8,13 @@ import tracemalloc
 import numpy as np
 import pytest
 from reference.bags import (
-    cloud, FORMATS, Record, SECOND, storage_file, text, transform, write_bag)
+    cloud, FORMATS, Record, SECOND, storage_file, text, transform, write_bag, write_ros1)
 from ros_rops.core.errors import InputError
 from ros_rops.core.frame import Frame
 from ros_rops.recordings.frames import count_frames, frame_view, read_frames
 from ros_rops.recordings.reader import BadView
 from ros_rops.recordings.sources import find_views, Recording
+from rosbags.rosbag1 import Writer as Ros1Writer
 
 SHAPE = (6, 8)
 
@@ -78,6 +79,35 @@ def test_broken_off(tmp_path, kind, share):
     else:
         assert times == list(range(len(frames)))
         assert count_frames(path) == len(frames) >= int(20 * share) - (8 if 'bz2' in kind else 2)
+
+
+@pytest.mark.parametrize('share', [0.3, 0.6, 0.9])
+@pytest.mark.parametrize(('compression', 'lost'), [  # bz2 gives whole blocks of 0.9 MB
+    (None, 2), (Ros1Writer.CompressionFormat.LZ4, 2), (Ros1Writer.CompressionFormat.BZ2, 6)])
+def test_a_bag_broken_off_within_its_only_chunk(tmp_path, compression, lost, share):
+    """Recorders write chunks of many messages; those before the cut are whole."""
+    noise = np.random.default_rng(4).random((20, 200, 100, 3), np.float32)
+    path = tmp_path / 'a.bag'
+    write_ros1(path, [cloud(k, xyz) for k, xyz in enumerate(noise)], compression, chunk=2**24)
+    path.write_bytes(path.read_bytes()[:int(share * path.stat().st_size)])
+    *frames, last = read_frames(path)
+    assert isinstance(last, BadView) and 'its last record lacks' in last.reason
+    assert count_frames(path) == len(frames) >= 20 * share - lost
+    for k, frame in enumerate(frames):
+        assert frame.log_time_ns == k
+        np.testing.assert_array_equal(frame.points, noise[k])
+
+
+@pytest.mark.parametrize('damage', ['gone', 'rosbag2_bagfile_information: ['])
+def test_packed_messages_are_known_without_metadata(tmp_path, damage):
+    path = write_bag(tmp_path, 'sqlite3 message', clouds(3))
+    metadata = path / 'metadata.yaml'
+    if damage == 'gone':
+        metadata.unlink()
+        path = storage_file(path)
+    else:
+        metadata.write_text(damage)
+    check(list(read_frames(path)), 3)
 
 
 @pytest.mark.parametrize('kind', ['sqlite3', 'folder mcap', 'sqlite3 file'])
