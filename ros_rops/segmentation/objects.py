@@ -85,9 +85,8 @@ class Part:
 
     def joined(self, other: 'Part') -> 'Part':
         """Return both as one."""
-        places = None
-        if self.places is not None and other.places is not None:
-            places = np.concatenate([self.places, other.places])
+        both = [part.places for part in (self, other) if part.places is not None]
+        places = np.concatenate(both) if len(both) == 2 else None
         return Part(
             self.numbers + other.numbers, self.size + other.size,
             np.concatenate([self.index, other.index]),
