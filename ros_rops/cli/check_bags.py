@@ -86,7 +86,10 @@ def read_list(path: Path) -> list[Bag]:
             for one in content['bags']]
     except OSError as error:
         raise InputError(f'{path}: cannot be read ({error.strerror or error})') from None
-    except (yaml.YAMLError, ValueError, KeyError, TypeError, AttributeError) as error:
+    except yaml.YAMLError as error:
+        words = ' '.join(str(error).split())
+        raise InputError(f'{path}: is no YAML ({words})') from None
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputError(f'{path}: is no list of recordings ({error!r})') from None
 
 

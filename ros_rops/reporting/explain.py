@@ -64,6 +64,11 @@ def _one_text(
     picture: Path | None,
 ) -> str:
     """Return what became of the frame of a view, where it was written, and of the view."""
+    left_out = _left_out(folder, name)
+    if left_out and name not in views:
+        if picture is not None:
+            raise ParameterError(f'--picture: nothing was cut from {name!r}: {left_out}')
+        return f'{name}\n  {left_out}\n'
     frames = folder / FRAMES
     alone = [one for one in frame_names(frames) if one not in map(frame_of, views)]
     found = _find(name, [*views, *alone])
@@ -77,6 +82,15 @@ def _one_text(
     if found not in views:
         return text
     return text + ('\n' if text else '') + _view_text(views[found], _of_view(attempts, found))
+
+
+def _left_out(folder: Path, name: str) -> str:
+    """Return why a frame was never segmented; empty if it was, or the run tells of no frames."""
+    path = folder / 'frames.json'
+    for frame in _read(path)['frames'] if path.exists() else ():
+        if frame['name'] == name and frame['word'] in ('skipped', 'bad'):
+            return f'{frame["word"]}: {frame["reason"]}'
+    return ''
 
 
 def _read(path: Path) -> Any:

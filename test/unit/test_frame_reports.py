@@ -101,6 +101,19 @@ def test_explain_tells_of_the_frame_of_a_view(cut, tmp_path):
         explain(tmp_path, ['17/1'], tmp_path / 'picture.jpg')
 
 
+@pytest.mark.parametrize('word', ['skipped', 'bad'])
+def test_explain_says_why_a_frame_was_left_out(tmp_path, word):
+    small_run(tmp_path, ['scan.ply'])
+    (tmp_path / 'frames.json').write_text(json.dumps({'frames': [
+        {'name': 'scan.ply', 'word': 'taken', 'reason': ''},
+        {'name': '/camera/points@3', 'word': word, 'reason': 'the scene moves'}]}))
+    assert explain(tmp_path, ['/camera/points@3']) == (
+        f'/camera/points@3\n  {word}: the scene moves\n')
+    with pytest.raises(ParameterError, match='nothing was cut.*the scene moves'):
+        explain(tmp_path, ['/camera/points@3'], tmp_path / 'x.png')
+    assert 'scan.ply: pending' in explain(tmp_path, ['scan.ply'])
+
+
 def test_unreadable_and_unwritable_files_are_named(cut, tmp_path):
     path = write_frame(tmp_path, cut, picture=False)
     record = read_frame(tmp_path, cut.frame.name)
