@@ -56,7 +56,8 @@ def test_what_is_wrong_is_said(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(('text', 'said'), [
-    ('bags: 3', 'no list'), ('{', 'is no YAML .(?!.*object at)'), ('bags: [{file: a}]', 'no list')])
+    ('bags: 3', 'no list'), ('{', 'is no YAML .(?!.*object at)'),
+    ('bags: [{file: a}]', 'no list')])
 def test_bad_lists_are_refused(tmp_path, text, said):
     (tmp_path / LIST).write_text(text)
     with pytest.raises(InputError, match=said):
