@@ -89,6 +89,16 @@ class Growth:
             self.settle()
         return len(self._shapes) < before
 
+    @property
+    def placed_share(self) -> float:
+        """Share of the views that belong to an object; 1 without views."""
+        placed = sum(shape.size for shape in self.objects().values())
+        return placed / len(self._surfaces) if self._surfaces else 1.0
+
+    def forget_trials(self) -> None:
+        """Let all be tried again."""
+        self._chances.renew(self._shapes)
+
     def _likeliest_pairs(self) -> list[tuple[int, int]]:
         """For every shape the few others that its quick votes speak for."""
         keys = sorted(self._shapes)

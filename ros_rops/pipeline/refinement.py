@@ -17,6 +17,8 @@ from ros_rops.pipeline.station import StationWatch
 
 # What is taken apart could come together again, and so on without end.
 RECONSIDERED = 5
+# What was said of a station by which fewer views find a place is probably wrong.
+LEAST_PLACED = 0.5
 
 
 class Refinement:
@@ -46,8 +48,19 @@ class Refinement:
         self._looked_at: set[str] = set()
 
     def run(self) -> None:
-        """Give waiting views their last chances, then refine; again while views find places."""
+        """
+        Give waiting views their last chances, then refine; again while views find places.
+
+        Where most views find none with what is known of the station, that is doubted first.
+        """
         self._looked_at.clear()
+        self._settle()
+        if self._watch.active and self._growth.placed_share < LEAST_PLACED:
+            self._watch.doubt()
+            self._growth.forget_trials()
+            self._settle()
+
+    def _settle(self) -> None:
         self._growth.settle()
         self._refine_all()
         for _ in range(RECONSIDERED):

@@ -33,6 +33,8 @@ class StationWatch:
         self._unit = 0.0
         self.fit: AxisFit | None = None
         self._way = 0
+        self._doubted = False
+        self._planes = 0
         self.unused: dict[int, str] = {}
 
     @property
@@ -50,6 +52,7 @@ class StationWatch:
         self._order[surface.name] = len(self._order)
         self._middles[surface.name] = surface.evidence.centre
         self._unit = self._unit or surface.resolution
+        self._planes += surface.support is not None
 
     def learn(self, objects: Mapping[int, Shape]) -> None:
         """Find the axis anew from what is placed now."""
@@ -63,7 +66,7 @@ class StationWatch:
 
     def known(self, source: Shape, target: Shape) -> Known | None:
         """Return what is known of the pose of `source` in the frame of `target`."""
-        if not self.active:
+        if not self.active or self._doubted:
             return None
         axis = self.fit.axis if self.fit else None
         # A pose takes the source to the target: the table has turned on from the latter.
@@ -80,10 +83,16 @@ class StationWatch:
     ) -> FinePrior | None:
         """Return what the views of an object have in common."""
         planes = [surfaces[name].support if self._config.plane else None for name in names]
+        if self._doubted:
+            return None
         axis = self.fit.axis if self.fit else None
         if axis is None and sum(plane is not None for plane in planes) < 2:
             return None
         return FinePrior(planes, axis, self._config.weight)
+
+    def doubt(self) -> None:
+        """Go on without what was said of the station."""
+        self._doubted = True
 
     def accept(self, object_id: int, free: FineResult, bound: FineResult) -> bool:
         """Whether the poses refined with what is known explain the data about as well."""
@@ -101,6 +110,8 @@ class StationWatch:
             'plane': self._config.plane, 'axis': self.turntable, 'order': self._config.order,
             'step_deg': self._config.step_deg,
         }
+        if self._config.plane:
+            said['planes_seen'] = self._planes
         if self.fit is not None:
             axis = self.fit.axis
             said['axis_found'] = {
@@ -116,6 +127,10 @@ class StationWatch:
             }
         elif self.turntable:
             said['axis_found'] = None
+        if self._doubted:
+            said['not_believed'] = (
+                'fewer than half of the views found a place with it, so the rest was tried '
+                'without')
         if self.unused:
             said['not_used_to_refine'] = {str(k): why for k, why in self.unused.items()}
         return said

@@ -63,6 +63,10 @@ def _station(said: Mapping[str, Any], units: str) -> list[str]:
         known.append(f'a step of {number(said["step_deg"])} deg')
     if known:
         lines.append(f'known of the station: {", ".join(known)}')
+    if said.get('planes_seen') == 0:
+        lines.append('no supporting plane was seen: it was not used')
+    if 'not_believed' in said:
+        lines.append(f'not believed: {said["not_believed"]}')
     if 'axis_found' in said:
         lines.append(_axis(said['axis_found'], units))
     lines += [

@@ -105,3 +105,11 @@ def test_one_frame_a_stop_is_taken_of_a_turning_table(tmp_path):
 def test_the_turning_object_is_not_folded(tmp_path):
     found = numbers_of(tmp_path, 'turning', '--set', 'selection.method=still')
     assert found['wrong_placements'] == 0
+
+
+def test_a_wrong_step_is_not_believed(tmp_path):
+    found = numbers_of(
+        tmp_path, 'turning', '--set', 'selection.method=still', '--set', 'prior.step_deg=10')
+    assert found['placed'] >= 4 and found['wrong_placements'] == 0  # the table turns by 30
+    station = json.loads((tmp_path / 'run' / 'poses.json').read_text())['station']
+    assert 'not_believed' in station
