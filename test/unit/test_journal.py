@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The journal. Truth: what was written before it was cut, damaged or the disk was full."""
 
+from contextlib import contextmanager
 from dataclasses import replace
 import resource
 
@@ -147,20 +148,23 @@ def test_a_journal_that_is_not_there_is_said(tmp_path):
         list(Past(tmp_path / 'none'))
 
 
-@pytest.fixture
-def file_limit():
-    """Let the test limit the size of files, which then fail as on a full disk."""
+@contextmanager
+def file_limit(size):
+    """Limit the size of files, which then fail as on a full disk; the runner's own output too."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    yield lambda size: resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
-    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
-def test_a_full_disk_breaks_it_off_and_raises_nothing(tmp_path, file_limit):
+def test_a_full_disk_breaks_it_off_and_raises_nothing(tmp_path):
     path = tmp_path / 'j'
     with Journal(path) as journal:
         journal.keep(_taken(_small(0)), (_small(0),))
-        file_limit(path.stat().st_size + 100)
-        journal.keep(_taken(_small(1)), (_small(1),))
+        with file_limit(path.stat().st_size + 100):
+            journal.keep(_taken(_small(1)), (_small(1),))
         assert 'cannot be written (File too large)' in journal.broken
         journal.keep(_taken(_small(2)), (_small(2),))
         journal.end(0)
