@@ -51,11 +51,6 @@ class PriorTerms:
         else:
             self._direction, self._point = self._mean_plane(poses, frames)
 
-    @property
-    def axis(self) -> Axis:
-        """Return the axis as it is now, in the frame of the sensor."""
-        return Axis(tuple(self._direction.tolist()), tuple(self._point.tolist()))
-
     def extend(
         self, system: System, poses: Floats, frames: Frames, components: Ints
     ) -> tuple[System, Ints]:

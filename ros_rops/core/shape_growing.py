@@ -35,6 +35,11 @@ class Shape:
         """Return the number of views."""
         return len(self.members)
 
+    @property
+    def first(self) -> str:
+        """Return the view in whose frame the shape is."""
+        return next(iter(self.members))
+
 
 def seed_shape(surface: Surface) -> Shape:
     """Start a shape from one view; its frame is the view's."""

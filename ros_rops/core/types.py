@@ -10,7 +10,7 @@ target frame: p_target = T_target_source p_source.
 # The name is short and never imported bare, so it hides nothing:
 # flake8: noqa: A005
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Literal
 
@@ -169,6 +169,17 @@ class RangeView:
                 raise ShapeError(
                     f'beyond of {self.name!r}: expected finite (M, 3), got {beyond.shape}')
             object.__setattr__(self, 'beyond', beyond)
+
+
+    def scaled(self, factor: float, units: Units) -> 'RangeView':
+        """Return the view with all its lengths times `factor`, which are then in `units`."""
+        x, y, z = self.sensor.origin
+        sensor = replace(self.sensor, origin=(x * factor, y * factor, z * factor))
+        support = self.support and replace(self.support, offset=self.support.offset * factor)
+        beyond = None if self.beyond is None else self.beyond * np.float32(factor)
+        return replace(
+            self, points=self.points * factor, sensor=sensor, units=units, support=support,
+            beyond=beyond)
 
 
 @dataclass(frozen=True, slots=True)

@@ -235,7 +235,7 @@ class Growth:
         self.trace.append(record)
         if merged is None:
             if small.size == 1:
-                self._words.refused(_only(small), result)
+                self._words.refused(small.first, result)
             return None
         self._words.placed((*small.members, *large.members), result)
         key = self._merge(chance.smaller, chance.larger, merged)
@@ -280,8 +280,3 @@ class Growth:
 
     def _key_of(self, name: str) -> int:
         return next(key for key, shape in self._shapes.items() if name in shape.members)
-
-
-def _only(shape: Shape) -> str:
-    """Return the name of a shape's only view."""
-    return next(iter(shape.members))

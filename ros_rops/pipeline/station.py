@@ -70,7 +70,7 @@ class StationWatch:
             return None
         axis = self.fit.axis if self.fit else None
         # A pose takes the source to the target: the table has turned on from the latter.
-        since = self._order[_first(source)] - self._order[_first(target)]
+        since = self._order[source.first] - self._order[target.first]
         turns = None
         if self._config.step_deg > 0:
             turn = math.radians(self._config.step_deg) * since
@@ -122,7 +122,7 @@ class StationWatch:
             said['turns_deg'] = {
                 name: math.degrees(axis.angle(np.linalg.inv(first) @ pose))
                 for shape in objects.values()
-                for first in [shape.members[_first(shape)]]
+                for first in [shape.members[shape.first]]
                 for name, pose in shape.members.items()
             }
         elif self.turntable:
@@ -147,8 +147,3 @@ class StationWatch:
                     motion = np.linalg.inv(shape.members[a]) @ shape.members[b]
                     votes += 1 if self.fit.axis.angle(motion) > 0 else -1
         return (votes > 0) - (votes < 0)
-
-
-def _first(shape: Shape) -> str:
-    """Return the view in whose frame a shape is."""
-    return next(iter(shape.members))

@@ -4,7 +4,6 @@
 
 from dataclasses import replace
 
-import numpy as np
 from ros_rops.core.types import RangeView, Units
 
 _METRES = {'m': 1.0, 'mm': 1e-3}
@@ -20,11 +19,4 @@ def in_units(view: RangeView, units: Units) -> RangeView:
         return view
     if view.units == 'unknown':
         return replace(view, units=units)
-    factor = _METRES[view.units] / _METRES[units]
-    x, y, z = view.sensor.origin
-    sensor = replace(view.sensor, origin=(x * factor, y * factor, z * factor))
-    support = view.support and replace(view.support, offset=view.support.offset * factor)
-    beyond = None if view.beyond is None else view.beyond * np.float32(factor)
-    return replace(
-        view, points=view.points * factor, sensor=sensor, units=units, support=support,
-        beyond=beyond)
+    return view.scaled(_METRES[view.units] / _METRES[units], units)

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Metres or millimetres, stated or inferred from the extent."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from ros_rops.core.errors import ParameterError
@@ -63,11 +61,4 @@ def convert(view: RangeView, units: Units) -> RangeView:
         raise ParameterError(f'units: cannot convert {view.name!r} from {view.units} to {units}')
     if view.units == units:
         return view
-    factor = 1000.0 if units == 'mm' else 0.001
-    x, y, z = view.sensor.origin
-    sensor = replace(view.sensor, origin=(x * factor, y * factor, z * factor))
-    support = view.support and replace(view.support, offset=view.support.offset * factor)
-    beyond = None if view.beyond is None else view.beyond * np.float32(factor)
-    return replace(
-        view, points=view.points * factor, sensor=sensor, units=units, support=support,
-        beyond=beyond)
+    return view.scaled(1000.0 if units == 'mm' else 0.001, units)
