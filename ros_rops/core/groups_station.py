@@ -12,8 +12,9 @@ class SelectionConfig(Group):
     """Which frames of a stream become views."""
 
     method: str = param(
-        'every', 'Take every frame, every k-th (stride), or one whenever the scene has come to '
-        'rest and differs from the last taken (still).', choices=('every', 'stride', 'still'))
+        'every', 'Take every frame, every k-th (stride), one whenever the scene has come to '
+        'rest and differs from the last taken (still), or none but those asked for by the '
+        "node's service ~/capture (request).", choices=('every', 'stride', 'still', 'request'))
     stride: int = param(
         10, "Take one frame of so many (method 'stride').", low=1, high=1000000)
     still_frames: int = param(

@@ -12,6 +12,7 @@ import re
 
 from ros_rops.core.config import Config, describe
 from ros_rops.core.errors import ParameterError
+from ros_rops.core.node_config import describe_node, NodeConfig
 from ros_rops.core.parameter import ParameterInfo, Scalar
 import yaml
 
@@ -30,6 +31,7 @@ def load_config(path: Path | str) -> Config:
         YAML as ROS takes it, and as `ros2 param dump` or `dump_config` writes it: a node's name
         (or ``/**`` for any node), under it ``ros__parameters``, under it the parameters, by
         groups or by dotted names. Values for ``/**`` come first, those of the node over them.
+        What is of the node alone is checked and left out.
 
     Raises
     ------
@@ -39,13 +41,28 @@ def load_config(path: Path | str) -> Config:
     """
     try:
         text = Path(path).read_text(encoding='utf-8')
-        return Config.from_flat(parse_parameters(text))
+        return configs_of(parse_parameters(text))[0]
     except OSError as error:
         raise ParameterError(f'{path}: cannot be read ({error.strerror or error})') from error
     except UnicodeDecodeError as error:
         raise ParameterError(f'{path}: is no text ({error.reason})') from error
     except ParameterError as error:
         raise ParameterError(f'{path}: {error}') from error
+
+
+def configs_of(flat: Mapping[str, object]) -> tuple[Config, NodeConfig]:
+    """
+    Return the engine's and the node's parameters out of one parameter file's.
+
+    Raises
+    ------
+    ParameterError
+        For an unknown name, a wrong type or a value out of bounds.
+    """
+    of_node = {info.name for info in describe_node()}
+    node = NodeConfig.from_flat({k: value for k, value in flat.items() if k in of_node})
+    engine = Config.from_flat({k: value for k, value in flat.items() if k not in of_node})
+    return engine, node
 
 
 def parse_parameters(text: str) -> dict[str, object]:

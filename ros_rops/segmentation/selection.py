@@ -72,6 +72,8 @@ class Selector:
         self._count += 1
         if self.config.method == 'every':
             return Decision(True, 'every frame is taken')
+        if self.config.method == 'request':
+            return Decision(False, 'no view was asked for')
         if self.config.method == 'stride':
             number = (self._count - 1) % self.config.stride
             return Decision(number == 0, f'frame {number + 1} of {self.config.stride}')

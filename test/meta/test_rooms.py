@@ -20,6 +20,9 @@ ALLOWED = {
     'intake': (
         'ros_rops.core', 'ros_rops.pipeline', 'ros_rops.recordings', 'ros_rops.segmentation',
         'msg_adapters'),
+    'live': (
+        'ros_rops.core', 'ros_rops.pipeline', 'ros_rops.recordings', 'ros_rops.segmentation',
+        'ros_rops.intake', 'ros_rops.reporting', 'msg_adapters'),
     'reporting': (
         'ros_rops.core', 'ros_rops.pipeline', 'ros_rops.recordings', 'ros_rops.modelling',
         'ros_rops.segmentation'),
