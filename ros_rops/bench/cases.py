@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ros_rops.bench import (
-    feature_quality, multiview, pairwise, recordings, synthetic, turntable)
+    feature_quality, multiview, pairwise, recordings, station, synthetic, turntable)
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +35,9 @@ CASES = {
     'recordings': Case(
         'milliseconds from a message to a view, stage by stage',
         recordings.add_arguments, recordings.run),
+    'station': Case(
+        'the registration node over the wire: start, latency, services, a stream of frames',
+        station.add_arguments, station.run),
     'descriptor': Case(
         'how often the nearest feature of the other view is the right one',
         feature_quality.add_arguments, feature_quality.run),
