@@ -1,8 +1,8 @@
 # Copyright 2026 The ros_rops authors
 # SPDX-License-Identifier: Apache-2.0
-"""The transform tree of a recording: `/tf` and `/tf_static`, asked after the fact."""
+"""The transform tree of a recording or of a live station: `/tf` and `/tf_static`."""
 
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from collections import deque
 from collections.abc import Iterable
 from pathlib import Path
@@ -38,7 +38,26 @@ class _Edge:
         self._stamps.insert(at, stamp_ns)
         self._poses.insert(at, T)
 
-    def at(self, stamp_ns: int | None) -> Floats | None:
+    def remember(self, stamp_ns: int, span_ns: int) -> None:
+        """
+        Forget what lies more than `span_ns` before the newest pose, which came with `stamp_ns`.
+
+        If it is that one that lies so far back, the clock was set back: it alone counts.
+        """
+        newest = self._stamps[-1]
+        if stamp_ns < newest - span_ns:
+            at = bisect_left(self._stamps, stamp_ns)
+            self._stamps, self._poses = [stamp_ns], [self._poses[at]]
+        elif self._stamps[0] < newest - span_ns:
+            old = bisect_left(self._stamps, newest - span_ns)
+            del self._stamps[:old], self._poses[:old]
+
+    @property
+    def kept(self) -> int:
+        """Return the number of poses kept."""
+        return len(self._stamps) + (self.static is not None)
+
+    def at(self, stamp_ns: int | None, beyond_ns: int) -> Floats | None:
         """Return the pose at a time, between two stamps interpolated; None where unknown."""
         if not self._stamps:
             return self.static
@@ -48,7 +67,7 @@ class _Edge:
         for end in (0, -1):
             outside = behind == (0 if end == 0 else len(self._stamps))
             if outside:
-                close = abs(self._stamps[end] - stamp_ns) <= BEYOND_NS
+                close = abs(self._stamps[end] - stamp_ns) <= beyond_ns
                 return self._poses[end] if close else self.static
         before, after = self._stamps[behind - 1:behind + 1]
         share = (stamp_ns - before) / (after - before)
@@ -72,11 +91,16 @@ class TransformTree:
     Parameters
     ----------
     static, moving : iterable of StampedTransform
+    span_ns : int or None
+        Of a stream without end: of each moving frame what lies farther behind its newest
+        transform is forgotten. None keeps all.
     """
 
     def __init__(
-        self, static: Iterable[StampedTransform] = (), moving: Iterable[StampedTransform] = ()
+        self, static: Iterable[StampedTransform] = (), moving: Iterable[StampedTransform] = (), *,
+        span_ns: int | None = None,
     ) -> None:
+        self._span_ns = span_ns
         self._edges: dict[tuple[str, str], _Edge] = {}
         self._neighbours: dict[str, list[str]] = {}
         for item in static:
@@ -95,8 +119,15 @@ class TransformTree:
                 near.append(other)
         if static:
             edge.static = item.T_parent_child
-        else:
-            edge.add(item.stamp_ns, item.T_parent_child)
+            return
+        edge.add(item.stamp_ns, item.T_parent_child)
+        if self._span_ns is not None:
+            edge.remember(item.stamp_ns, self._span_ns)
+
+    @property
+    def kept(self) -> int:
+        """Return the number of transforms kept."""
+        return sum(edge.kept for edge in self._edges.values())
 
     @property
     def frames(self) -> tuple[str, ...]:
@@ -104,7 +135,8 @@ class TransformTree:
         return tuple(self._neighbours)
 
     def lookup(
-        self, target_frame: str, source_frame: str, stamp_ns: int | None = None
+        self, target_frame: str, source_frame: str, stamp_ns: int | None = None, *,
+        beyond_ns: int = BEYOND_NS,
     ) -> Floats | None:
         """
         Return T_target_source (4, 4), or None where the transforms known do not lead there.
@@ -114,8 +146,10 @@ class TransformTree:
         target_frame, source_frame : str
             With or without a leading slash.
         stamp_ns : int or None
-            Moving transforms are interpolated between the stamps around it, and held for 0.1 s
-            beyond their ends; None takes the latest of each.
+            Moving transforms are interpolated between the stamps around it; None takes the latest
+            of each.
+        beyond_ns : int
+            For so long they are held beyond their ends.
         """
         target, source = target_frame.removeprefix('/'), source_frame.removeprefix('/')
         reached = {target: np.eye(4)}
@@ -123,18 +157,21 @@ class TransformTree:
         while queue and source not in reached:
             here = queue.popleft()
             for there in self._neighbours.get(here, ()):
-                T = None if there in reached else self._step(here, there, stamp_ns)
+                T = None if there in reached else self._step(
+                    here, there, stamp_ns, beyond_ns)
                 if T is not None:
                     reached[there] = reached[here] @ T
                     queue.append(there)
         return reached.get(source)
 
-    def _step(self, here: str, there: str, stamp_ns: int | None) -> Floats | None:
+    def _step(
+        self, here: str, there: str, stamp_ns: int | None, beyond_ns: int
+    ) -> Floats | None:
         """Return T_here_there from the edge of either direction."""
         down, up = self._edges.get((here, there)), self._edges.get((there, here))
-        T = None if down is None else down.at(stamp_ns)
+        T = None if down is None else down.at(stamp_ns, beyond_ns)
         if T is None and up is not None:
-            inverse = up.at(stamp_ns)
+            inverse = up.at(stamp_ns, beyond_ns)
             T = None if inverse is None else np.linalg.inv(inverse)
         return T
 

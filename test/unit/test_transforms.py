@@ -124,6 +124,42 @@ def test_rings_and_repeats():
     np.testing.assert_array_equal(again.lookup('a', 'b', 5), pose(2))
 
 
+def moving(tree: TransformTree, seconds: float, x: float, child: str = 'eye') -> None:
+    tree.add(stamped('world', child, pose(x), int(seconds * SECOND)))
+
+
+def test_a_stream_without_end_is_forgotten():
+    tree = TransformTree([stamped('base', 'world', pose(1))], span_ns=2 * SECOND)
+    for k in range(1000):
+        moving(tree, k / 10, k)
+        moving(tree, 0.5, 7, 'table')  # has stood still since: another frame's time is no matter
+        assert tree.kept <= 1 + 1 + 21
+    assert tree.lookup('world', 'eye', 97 * SECOND) is None
+    for time, x in ((98, 980), (98.05, 980.5), (99.9, 999)):
+        np.testing.assert_allclose(
+            tree.lookup('base', 'eye', round(time * SECOND))[0, 3], 1 + x, atol=1e-6)
+    np.testing.assert_array_equal(tree.lookup('world', 'table', SECOND // 2), pose(7))
+
+
+def test_a_clock_set_back_begins_anew():
+    tree = TransformTree(span_ns=2 * SECOND)
+    moving(tree, 100, 1)
+    moving(tree, 99, 2)  # late only
+    np.testing.assert_array_equal(tree.lookup('world', 'eye', 99 * SECOND), pose(2))
+    moving(tree, 5, 3)
+    assert tree.kept == 1
+    np.testing.assert_array_equal(tree.lookup('world', 'eye'), pose(3))
+
+
+def test_how_long_a_transform_holds():
+    tree = TransformTree()
+    moving(tree, 1, 5)
+    at, later = SECOND, SECOND + SECOND // 20
+    np.testing.assert_array_equal(tree.lookup('world', 'eye', at, beyond_ns=0), pose(5))
+    assert tree.lookup('world', 'eye', later, beyond_ns=0) is None
+    np.testing.assert_array_equal(tree.lookup('world', 'eye', later), pose(5))
+
+
 @pytest.mark.parametrize('kind', FORMATS)
 def test_from_recordings(tmp_path, kind):
     records = [
