@@ -1,30 +1,25 @@
 # Copyright 2026 The ros_rops authors
 # SPDX-License-Identifier: Apache-2.0
-"""The way from frames to the session; a live node, a replay and files all go it."""
+"""The whole way from frames to the session, in one thread; a replay and files go it."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 
 from ros_rops.core.config import Config
 from ros_rops.core.frame import Frame
-from ros_rops.core.types import Floats, RangeView
+from ros_rops.core.types import RangeView
+from ros_rops.intake.admission import Admission, Lookup, Watch
 from ros_rops.intake.journal import Journal
-from ros_rops.intake.reports import FrameReport, Word
+from ros_rops.intake.ledger import Ledger
+from ros_rops.intake.reports import FrameReport
 from ros_rops.pipeline.session import Session
-from ros_rops.recordings.frames import frame_view
-from ros_rops.segmentation.result import Segmentation
-from ros_rops.segmentation.segment import segment
-from ros_rops.segmentation.selection import Selector
-
-Lookup = Callable[[str, str, int | None], Floats | None]
-Watch = Callable[[Segmentation], None]
 
 
 class Intake:
     """
     Select frames, cut the views out of them, journal these, and let the session place them.
 
-    Every frame gets a word, kept in `frames`. Synchronous and deterministic as the session is.
+    Every frame gets a word, kept in `frames`. Synchronous and deterministic as the session is. A
+    live station has the two halves, `Admission` and `Ledger`, in threads of their own.
 
     Parameters
     ----------
@@ -38,22 +33,33 @@ class Intake:
         0 takes all cores; no influence on the result.
     watch : callable, optional
         Is shown every frame that was segmented.
+    steady : bool
+        As for `Ledger`.
     """
 
     def __init__(
         self, session: Session, config: Config, *, journal: Journal | None = None,
         background: Frame | None = None, threads: int = 0, watch: Watch | None = None,
+        steady: bool = False,
     ) -> None:
         self.session = session
-        self.journal = journal or Journal(None)
-        self.frames: list[FrameReport] = []
-        self._config = config
-        self._background = background
-        self._threads = threads
-        self._watch = watch
-        self._names: set[str] = set()
-        self._selectors: dict[str, Selector] = {}
-        self._lookup: Lookup | None = None
+        self.admission = Admission(
+            config, journal=journal, background=background, threads=threads, watch=watch)
+        self.ledger = Ledger(session, steady=steady)
+
+    @property
+    def journal(self) -> Journal:
+        """Where views are kept safe."""
+        return self.admission.journal
+
+    @journal.setter
+    def journal(self, journal: Journal) -> None:
+        self.admission.journal = journal
+
+    @property
+    def frames(self) -> list[FrameReport]:
+        """The word on every frame."""
+        return self.ledger.frames
 
     def begin(self, lookup: Lookup | None = None) -> None:
         """
@@ -64,8 +70,7 @@ class Intake:
         lookup : callable, optional
             Returns T_target_source (4, 4) for (target frame, source frame, time in ns), or None.
         """
-        self._selectors = {}
-        self._lookup = lookup
+        self.admission.begin(lookup)
 
     def take(self, frame: Frame) -> FrameReport:
         """
@@ -81,45 +86,19 @@ class Intake:
         FrameReport
             Taken, skipped or empty, and why; the session's word on each of its views.
         """
-        if frame.view is not None:
-            return self.take_view(frame.view, frame.notes)
-        frame = replace(frame, name=self._unique(frame.name))
-        decision = self._selector(frame.topic).decide(frame)
-        if not decision.taken:
-            return self._keep(FrameReport(
-                frame.name, Word.SKIPPED, decision.reason, numbers=decision.numbers))
-        found = segment(
-            frame, self._config.segmentation, background=self._background, lookup=self._lookup,
-            threads=self._threads)
-        views = found.views
-        if frame.sensor is None and not found.segmented:
-            # Nothing says that it is a raw frame of a camera: the sensor is told from the points.
-            sensor = frame_view(frame).view.sensor
-            views = tuple(replace(view, sensor=sensor) for view in views)
-        if self._watch is not None:
-            self._watch(found)
-        notes = (*frame.notes, *found.notes)
-        if not found.views:
-            return self._keep(FrameReport(
-                frame.name, Word.EMPTY, found.why_empty, notes=notes, numbers=decision.numbers))
-        return self._keep(FrameReport(
-            frame.name, Word.TAKEN, decision.reason, tuple(view.name for view in found.views),
-            notes, decision.numbers), views)
+        return self.ledger.place(self.admission.admit(frame))
 
     def take_view(self, view: RangeView, notes: Sequence[str] = ()) -> FrameReport:
         """Take a view as it stands, as files hold them."""
-        view = replace(view, name=self._unique(view.name))
-        return self._keep(
-            FrameReport(view.name, Word.TAKEN, '', (view.name,), tuple(notes)), (view,))
+        return self.ledger.place(self.admission.admit_view(view, notes))
 
     def refuse(self, name: str, reason: str) -> FrameReport:
         """Note a frame or file that cannot be read."""
-        return self._keep(FrameReport(self._unique(name), Word.BAD, reason))
+        return self.ledger.place(self.admission.refuse(name, reason))
 
     def restore(self, report: FrameReport, views: Sequence[RangeView]) -> FrameReport:
         """Take over from a journal what was taken before; nothing is decided anew."""
-        self._names.add(report.name)
-        return self._register(report, views)
+        return self.ledger.place(self.admission.recall(report, views))
 
     def passes(self, frame: Frame) -> bool:
         """
@@ -130,48 +109,19 @@ class Intake:
         bool
             Whether it was selected.
         """
-        return frame.view is not None or self._selector(frame.topic).decide(frame).taken
+        return self.admission.passes(frame)
 
     def finish(self) -> None:
-        """Let the session refine its objects; more may be taken afterwards."""
-        self.session.finish()
+        """Let the session refine its objects, if anything came since; more may be taken later."""
+        if not self.ledger.refined:
+            self.ledger.finish()
 
     @property
     def order(self) -> tuple[str, ...]:
         """Names of all views, and of the frames that should have given one, as they came."""
-        return tuple(
-            name for frame in self.frames if frame.word is not Word.SKIPPED
-            for name in frame.views or (frame.name,))
+        return self.ledger.order
 
     @property
     def refusals(self) -> dict[str, str]:
         """Why those frames gave none, by name."""
-        return {
-            frame.name: frame.reason for frame in self.frames
-            if frame.word in (Word.BAD, Word.EMPTY)}
-
-    def _keep(self, report: FrameReport, views: Sequence[RangeView] = ()) -> FrameReport:
-        """Journal first, so that nothing that the session does can lose a view."""
-        self.journal.keep(report, views)
-        return self._register(report, views)
-
-    def _register(self, report: FrameReport, views: Sequence[RangeView]) -> FrameReport:
-        self._names.update(report.views)
-        report = replace(report, reports=tuple(self.session.add(view) for view in views))
-        self.frames.append(report)
-        return report
-
-    def _selector(self, topic: str) -> Selector:
-        # Of two cameras each has its own scene.
-        if topic not in self._selectors:
-            self._selectors[topic] = Selector(self._config.selection)
-        return self._selectors[topic]
-
-    def _unique(self, given: str) -> str:
-        """Return a name that is new: two recordings may hold the same topic and time."""
-        name, count = given, 1
-        while name in self._names:
-            count += 1
-            name = f'{given}#{count}'
-        self._names.add(name)
-        return name
+        return self.ledger.refusals

@@ -120,18 +120,23 @@ class Growth:
         self._outdated.add(key)
         self._watch.learn(self.objects())
 
+    def holds(self, name: str) -> bool:
+        """Whether a view is in one of the shapes."""
+        return any(name in shape.members for shape in self._shapes.values())
+
     def take_back(self, name: str) -> None:
         """Remove a view; what it held together stays together."""
         key = self._key_of(name)
         poses = {k: pose for k, pose in self._shapes[key].members.items() if k != name}
+        # Before anything is forgotten: it may fail for want of memory.
+        rest = poses and regrow(self._surfaces, poses, self._config, threads=self._threads)
         self._words.forget(name)
         del self._surfaces[name]
         object_id = self._object_ids.get(key)
         self._forget(key)
-        if not poses:
+        if not rest:
             return
-        fresh = self._insert(regrow(
-            self._surfaces, poses, self._config, threads=self._threads))
+        fresh = self._insert(rest)
         if len(poses) > 1 and object_id is not None:
             self._object_ids[fresh] = object_id
 

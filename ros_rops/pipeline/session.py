@@ -137,6 +137,24 @@ class Session:
         if self._aside.pop(name, None) is None:
             self._growth.take_back(name)
 
+    def give_up(self, name: str, reason: str) -> ViewReport:
+        """
+        Refuse a view in whose registration something failed, and go on as if it had not come.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such view.
+        """
+        if name not in self._views:
+            raise ParameterError(f'no view {name!r} in the session')
+        self._refinement.fits.pop(name, None)
+        self._prepared.pop(name, None)
+        if self._growth.holds(name):
+            self._growth.take_back(name)
+        self._aside[name] = ViewReport(name, Status.REFUSED, None, reason)
+        return self._aside[name]
+
     @property
     def reports(self) -> tuple[ViewReport, ...]:
         """Return the current word on every view, in order of arrival."""

@@ -67,9 +67,11 @@ class Selector:
         self._window: Floats | None = None
         self._scale = 1.0
 
-    def decide(self, frame: Frame) -> Decision:
-        """Return whether the frame becomes a view."""
+    def decide(self, frame: Frame, *, asked: bool = False) -> Decision:
+        """Return whether the frame becomes a view; one that was asked for always does."""
         self._count += 1
+        if asked:
+            return self._asked(frame)
         if self.config.method == 'every':
             return Decision(True, 'every frame is taken')
         if self.config.method == 'request':
@@ -78,6 +80,13 @@ class Selector:
             number = (self._count - 1) % self.config.stride
             return Decision(number == 0, f'frame {number + 1} of {self.config.stride}')
         return self._still(frame)
+
+    def _asked(self, frame: Frame) -> Decision:
+        if self.config.method == 'still':
+            # What was taken is not new any more.
+            self._scale = 1000.0 if frame.units == 'mm' else 1.0
+            self._taken = self._raster(frame)
+        return Decision(True, 'it was asked for')
 
     def _still(self, frame: Frame) -> Decision:
         self._scale = 1000.0 if frame.units == 'mm' else 1.0
