@@ -3,26 +3,18 @@
 """Frames of a recording of any kind, one after the other, in the order of log time."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from msg_adapters import depth_image, point_cloud2
-from msg_adapters.attributes import attribute
-import numpy as np
-
 from ros_rops.core.errors import InputError
 from ros_rops.core.frame import Frame
-from ros_rops.core.types import Bytes, Floats32or64, SensorModel, Units
-from ros_rops.recordings.cloud import mark_holes, measured_cloud
+from ros_rops.recordings.cloud import measured_cloud
+from ros_rops.recordings.frame_maker import check_stated, FrameMaker
 from ros_rops.recordings.messages import Cut, Decoder, Storage
 from ros_rops.recordings.pairing import Entry, Pairing
 from ros_rops.recordings.reader import BadView, finish_clean, NotedView
-from ros_rops.recordings.sensor import resolve_sensor
 from ros_rops.recordings.storage import open_storage
-from ros_rops.recordings.topics import choose, CLOUD, Plan
-from ros_rops.recordings.units import resolve_units
-from ros_rops.recordings.view_facts import ViewFacts, with_facts
+from ros_rops.recordings.topics import choose, Plan
 
 
 def read_frames(
@@ -55,7 +47,7 @@ def read_frames(
     ParameterError
         If `units` or `sensor` is none of the choices.
     """
-    _check_stated(units, sensor)
+    check_stated(units, sensor)
     with open_storage(path) as storage:
         yield from frames_of(storage, path, topics=topics, units=units, sensor=sensor)
 
@@ -65,24 +57,20 @@ def frames_of(
     sensor: str = 'auto',
 ) -> Iterator[Frame | BadView]:
     """Yield the frames of an open recording, called `path`; all else as `read_frames`."""
-    _check_stated(units, sensor)
+    check_stated(units, sensor)
     decoder = Decoder()
     plan = _chosen(path, storage, topics, decoder)
-    maker = _Maker(plan, units, sensor)
+    maker = FrameMaker(plan, units, sensor)
+    names = _Names()
     pairing = Pairing(plan, decoder, _first_infos(storage, plan, decoder))
     cuts = []
     for item in storage.messages(plan.topics):
         if isinstance(item, Cut):
             cuts.append(item)
             continue
-        yield from map(maker.outcome, pairing.add(item))
-    yield from map(maker.outcome, pairing.rest())
-    yield from (maker.cut(path, cut) for cut in cuts)
-
-
-def _check_stated(units: str, sensor: str) -> None:
-    resolve_units(np.zeros((0, 3)), units)
-    resolve_sensor(np.zeros((0, 3)), None, sensor)
+        yield from (maker.outcome(entry, names.of(entry)) for entry in pairing.add(item))
+    yield from (maker.outcome(entry, names.of(entry)) for entry in pairing.rest())
+    yield from (_broken(path, cut, names.given) for cut in cuts)
 
 
 def count_frames(path: Path, topics: Sequence[str] = ()) -> int:
@@ -133,118 +121,23 @@ def _first_infos(storage: Storage, plan: Plan, decoder: Decoder) -> dict[str, An
     return found
 
 
-class _Maker:
-    """Makes frames of messages; knows what came before."""
+class _Names:
+    """Names of frames, each given once."""
 
-    def __init__(self, plan: Plan, units: str, sensor: str) -> None:
-        self._plan, self._sensor = plan, sensor
-        self._units: Units = 'mm' if units == 'mm' else 'm'
-        self._stated_units = units != 'auto'
+    def __init__(self) -> None:
+        self.given = 0
         self._used: dict[str, int] = {}
-        self._stamps: dict[str, int] = {}
-        self._notes = plan.notes
 
-    def outcome(self, entry: Entry) -> Frame | BadView:
-        """Return the frame, or why there is none."""
-        channel, time = entry.raw.channel, entry.raw.log_time_ns
-        name = self._unique(entry.facts.name if entry.facts else f'{channel.topic}@{time}')
-        try:
-            if entry.fault:
-                raise InputError(entry.fault)
-            points, colors, sensor, notes = (
-                self._cloud(entry) if channel.kind == CLOUD else self._depth(entry))
-            frame = Frame(
-                name, points, colors, sensor, self._units, entry.stamp_ns, entry.frame_id,
-                channel.topic, time)
-            if entry.facts:
-                frame = self._with_facts(frame, entry.facts)
-        except InputError as error:
-            return BadView(name, f'{name}: {error}')
-        notes = (
-            *self._notes, *frame.notes, *notes, *self._order(channel.topic, entry.stamp_ns))
-        self._notes = ()
-        return replace(frame, notes=notes)
-
-    def _with_facts(self, frame: Frame, facts: ViewFacts) -> Frame:
-        """Return what was written, but for what the caller states otherwise."""
-        try:
-            written = with_facts(frame, replace(facts, name=frame.name))
-        except OverflowError:
-            raise InputError('its facts are of no sense') from None
-        stated: dict[str, Any] = {}
-        if self._stated_units:
-            stated['units'] = self._units
-        if self._sensor != 'auto':
-            stated['sensor'] = frame.sensor
-        view = written.view and replace(written.view, **stated)
-        return replace(written, view=view, **stated)
-
-    def cut(self, path: Path, cut: Cut) -> BadView:
-        """Return the place where the recording breaks off."""
-        done = sum(self._used.values())
-        return BadView(path.name, f'{path}: the recording is truncated or damaged after '
-                       f'{done} {"view" if done == 1 else "views"} ({cut.reason})')
-
-    def _cloud(
-        self, entry: Entry
-    ) -> tuple[Floats32or64, Bytes | None, SensorModel | None, tuple[str, ...]]:
-        points, colors = point_cloud2.decode(entry.message)
-        notes: tuple[str, ...] = ()
-        if entry.facts is None:
-            points, notes = mark_holes(points)
-        stated = self._sensor
-        if stated == 'auto' and points.ndim == 2 and entry.frame_id.endswith('optical_frame'):
-            stated = 'pinhole'  # REP 103: such a frame is the camera's, z forward
-        return points, colors, _stated_sensor(points, stated), notes
-
-    def _depth(
-        self, entry: Entry
-    ) -> tuple[Floats32or64, Bytes | None, SensorModel | None, tuple[str, ...]]:
-        topic = entry.raw.channel.topic
-        depth = depth_image.decode_depth(entry.message)
-        if entry.info is None:
-            where = self._plan.infos.get(topic)
-            raise InputError(
-                f'its CameraInfo on {where} cannot be read' if where else 'the depth image has no '
-                f'CameraInfo: none on {topic.rpartition("/")[0]}/camera_info')
-        rectified = 'rect' in topic.rpartition('/')[2]
-        points = depth_image.backproject(depth, entry.info, rectified=rectified)
-        whole_mm = attribute(entry.message, 'encoding', 'Image') != '32FC1'
-        if self._units == 'mm' and whole_mm:
-            points *= np.float32(1000)
-        colors, notes = _colors(entry)
-        stated = 'pinhole' if self._sensor == 'auto' else self._sensor
-        return points, colors, resolve_sensor(np.zeros((0, 3)), None, stated)[0], notes
-
-    def _order(self, topic: str, stamp_ns: int) -> tuple[str, ...]:
-        before = self._stamps.get(topic)
-        self._stamps[topic] = stamp_ns
-        if before is None or stamp_ns >= before:
-            return ()
-        return (f'its stamp lies {(before - stamp_ns) / 1e9:g} s before that of the frame before; '
-                'the order is that of the recording',)
-
-    def _unique(self, name: str) -> str:
+    def of(self, entry: Entry) -> str:
+        """Return a frame's name."""
+        facts, raw = entry.facts, entry.raw
+        name = facts.name if facts else f'{raw.channel.topic}@{raw.log_time_ns}'
+        self.given += 1
         self._used[name] = self._used.get(name, 0) + 1
         return name if self._used[name] == 1 else f'{name}#{self._used[name]}'
 
 
-def _colors(entry: Entry) -> tuple[Bytes | None, tuple[str, ...]]:
-    if entry.color is None:
-        return None, ()
-    try:
-        colors = depth_image.decode_color(entry.color)
-    except InputError as error:
-        return None, (f'its colour image is not used: {error}',)
-    if colors.shape[:2] != (entry.message.height, entry.message.width):
-        return None, ('its colour image is not used: it has another size',)
-    return colors, ()
-
-
-def _stated_sensor(points: Floats32or64, stated: str) -> SensorModel | None:
-    if stated == 'auto':
-        return None
-    z = points[..., 2].reshape(-1)
-    middle = np.zeros((1, 3))  # all that is asked is the side on which the points lie
-    middle[0, 2] = np.sum(z, where=np.isfinite(z), dtype=np.float64)
-    return resolve_sensor(middle, None, stated)[0]
+def _broken(path: Path, cut: Cut, done: int) -> BadView:
+    """Return the place where a recording breaks off."""
+    return BadView(path.name, f'{path}: the recording is truncated or damaged after '
+                   f'{done} {"view" if done == 1 else "views"} ({cut.reason})')

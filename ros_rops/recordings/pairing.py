@@ -88,21 +88,28 @@ class Pairing:
             yield self._matched(self._queue.popleft())
 
     def _decoded(self, raw: RawMessage) -> Entry:
-        time, facts = self._facts.pop(raw.channel.topic, (None, None))
         try:
             message = self._decoder.decode(raw)
-            stamp_ns, frame_id = header(message)
+            entry = Entry(raw, message, '', *header(message))
         except InputError as error:
-            return Entry(raw, fault=str(error))
-        return Entry(raw, message, '', stamp_ns, frame_id,
-                     facts=facts if time == raw.log_time_ns else None)
+            entry = Entry(raw, fault=str(error))
+        entry.facts = self._facts_of(entry)
+        return entry
+
+    def _facts_of(self, entry: Entry) -> ViewFacts | None:
+        """Return the facts that came before a message, if they are of its log time."""
+        time, facts = self._facts.pop(entry.raw.channel.topic, (None, None))
+        return None if entry.fault or time != entry.raw.log_time_ns else facts
 
     def _note_facts(self, raw: RawMessage) -> None:
         try:
             facts = decode_facts(bytes(raw.data))
         except InputError:
             return  # the message is then read as any other recorder's
-        self._facts[facts.topic] = (raw.log_time_ns, facts)
+        self._keep_facts(facts, raw.log_time_ns)
+
+    def _keep_facts(self, facts: ViewFacts, time_ns: int) -> None:
+        self._facts[facts.topic] = (time_ns, facts)
 
     def _note(self, raw: RawMessage) -> None:
         topic = raw.channel.topic
@@ -119,16 +126,20 @@ class Pairing:
             del recent[next(iter(recent))]
 
     def _is_ready(self, entry: Entry) -> bool:
-        if entry.fault or entry.raw.channel.kind == CLOUD:
-            return True
-        if len(self._queue) > LONGEST_QUEUE:
-            return True
-        if abs(self._now - entry.raw.log_time_ns) > WAIT_NS:
-            return True
-        topic = entry.raw.channel.topic
-        awaited = (self._plan.infos.get(topic), self._plan.colors.get(topic))
+        waited = abs(self._now - entry.raw.log_time_ns)
+        return (bool(entry.fault) or len(self._queue) > LONGEST_QUEUE or waited > WAIT_NS
+                or self._has_all(entry))
+
+    def _has_all(self, entry: Entry) -> bool:
+        """Return whether all has come that belongs to a message."""
         return all(
-            other is None or entry.stamp_ns in self._recent.get(other, ()) for other in awaited)
+            entry.stamp_ns in self._recent.get(other, ())
+            for other in self._awaited(entry.raw.channel.topic))
+
+    def _awaited(self, topic: str) -> list[str]:
+        """Return the topics that a frame's messages wait for."""
+        both = self._plan.infos.get(topic), self._plan.colors.get(topic)
+        return [other for other in both if other is not None]
 
     def _matched(self, entry: Entry) -> Entry:
         topic = entry.raw.channel.topic

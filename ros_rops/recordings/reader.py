@@ -38,10 +38,16 @@ class NotedView:
 
 @dataclass(frozen=True, slots=True)
 class BadView:
-    """A view that cannot be read, by the name it would have had, and a sentence why."""
+    """
+    A view that cannot be read, by the name it would have had, and a sentence why.
+
+    `stamp_ns` and `frame_id` are its message's, 0 and '' where these are not known.
+    """
 
     name: str
     reason: str
+    stamp_ns: int = 0
+    frame_id: str = ''
 
 
 def read_view(
