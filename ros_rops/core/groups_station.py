@@ -108,6 +108,16 @@ class PriorConfig(Group):
     turn_deg: float = param(
         5.0, 'Most that it may turn more or less than step_deg says.',
         unit='deg', low=0.1, high=90.0)
+    fixed_frame: str = param(
+        '', 'Frame of TF in which the objects stand still (the world, or a turntable whose turns '
+        'TF tells): where TF knows the sensor in it at the time of a view, poses must agree with '
+        'that. Empty: not used.')
+    pose_deg: float = param(
+        10.0, 'Most that the pose of two views may turn against the sensor poses in fixed_frame.',
+        unit='deg', low=0.1, high=180.0)
+    pose_m: float = param(
+        0.05, "Most that it may move the middle of the view against them.",
+        unit='m', low=0.0001, high=1000.0)
     weight: float = param(
         3.0, 'Weight of plane and axis when all views are refined together, as a multiple of '
         "that of a view's matches.", low=0.0, high=1000.0)

@@ -1,11 +1,12 @@
 # Copyright 2026 The ros_rops authors
 # SPDX-License-Identifier: Apache-2.0
 """
-What a station knows of poses beforehand: the plane that objects stand on, the turntable's axis.
+What a station knows of poses beforehand: the plane that objects stand on, the turntable's axis,
+where the sensor stood.
 
 Knowledge proposes poses and objects to others; it never makes a pose believed that the data do
 not support. A shape's frame is the sensor's frame of its first view, so that both planes and the
-axis of a fixed sensor are known in it.
+axis of a fixed sensor are known in it. Sensor poses differ: they are of single views.
 """
 
 from collections.abc import Iterator
@@ -23,6 +24,8 @@ from scipy.spatial.transform import Rotation
 SLACK = 2.0
 # Turns about a known axis that are tried.
 TURNS = 180
+# Poses that are tried around the one that sensor poses say.
+AROUND = 500
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,19 +70,28 @@ class Known:
         The only turns about the axis that are possible, in rad; None for any.
     way : int
         Sign that the turn must have; 0 for either.
+    metre : float or None
+        A metre in the units of the surfaces; None if that is not known: then sensor poses say
+        nothing.
     """
 
     config: PriorConfig
     axis: Axis | None = None
     turns: tuple[float, ...] | None = None
     way: int = 0
+    metre: float | None = None
 
     def starts(
         self, source: Surface, target: Surface, count: int, rng: np.random.Generator
     ) -> Floats:
         """Propose poses (H, 4, 4) that agree with what is known, `count` at most."""
         proposals = []
-        if self.axis is not None:
+        predicted = self.predicted(source, target)
+        if predicted is not None and self.metre is not None:
+            proposals.append(poses_around(
+                predicted, source.evidence.centre, math.radians(self.config.pose_deg),
+                self.config.pose_m * self.metre, min(count, AROUND), rng))
+        elif self.axis is not None:
             turns = self.turns
             if turns is None:
                 turns = tuple(np.arange(TURNS) * (2.0 * math.pi / TURNS))
@@ -87,6 +99,14 @@ class Known:
         elif self.config.plane and source.support and target.support:
             proposals.append(standing_transforms(source, target, count, rng))
         return np.concatenate([np.empty((0, 4, 4)), *proposals])
+
+    def predicted(self, source: Surface, target: Surface) -> Floats | None:
+        """Return the pose (4, 4) that the sensor poses say; None where they are not known."""
+        here, there = source.T_fixed_surface, target.T_fixed_surface
+        if not self.config.fixed_frame or self.metre is None or here is None or there is None:
+            return None
+        pose: Floats = np.linalg.inv(there) @ here
+        return pose
 
     def admits(
         self, poses: Floats, source: Surface, target: Surface, slack: float = SLACK
@@ -126,6 +146,17 @@ class Known:
                 back = np.array([-self.way * self.axis.angle(pose) for pose in poses])
                 what = 'the order of the views'
                 yield _Misfit(what, np.degrees(back), self.config.turn_deg, 'deg')
+        predicted = self.predicted(source, target)
+        if predicted is not None and self.metre is not None:
+            what, middle = 'the sensor poses in TF', source.evidence.centre
+            apart = predicted[:3, :3].T @ rotations
+            moved = rotations @ middle + shifts - predicted[:3, :3] @ middle - predicted[:3, 3]
+            yield _Misfit(
+                what, np.degrees(Rotation.from_matrix(apart).magnitude()), self.config.pose_deg,
+                'deg')
+            yield _Misfit(
+                what, np.linalg.norm(moved, axis=1) * (1e3 / self.metre),
+                self.config.pose_m * 1e3, 'mm')
         if self.turns is not None:
             yield _Misfit('the known turn', self._turned_wrong(poses), self.config.turn_deg, 'deg')
 
@@ -151,6 +182,38 @@ class _Misfit:
     values: Floats
     most: float
     unit: str
+
+
+def poses_around(
+    pose: Floats, middle: Floats, angle: float, distance: float, count: int,
+    rng: np.random.Generator,
+) -> Floats:
+    """
+    Return `pose` and others around it, the denser the nearer.
+
+    Parameters
+    ----------
+    pose : (4, 4) float64
+        `T_target_source`.
+    middle : (3,) float64
+        Of the source: what is turned about.
+    angle, distance : float
+        Most that the others turn, in rad, and move the middle.
+    count : int
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    (count, 4, 4) float64
+        `pose` first.
+    """
+    shake = rng.normal(size=(2, count, 3))
+    shake /= np.linalg.norm(shake, axis=2, keepdims=True)
+    shake *= rng.random((2, count, 1)) * np.array([angle, distance])[:, None, None]
+    shake[:, 0] = 0.0
+    rotations = Rotation.from_rotvec(shake[0]).as_matrix()
+    poses: Floats = pose @ rigid(rotations, middle - rotations @ middle + shake[1])
+    return poses
 
 
 def standing_transforms(

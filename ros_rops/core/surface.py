@@ -34,6 +34,9 @@ class Surface:
         Mesh resolution (mr), in the units of the points.
     support : SupportPlane or None
         What the object stands on, in the frame of the points, where that was seen.
+    T_fixed_surface : (4, 4) float64 or None
+        Where the frame of the points stands in one in which the object stands still, where
+        something else than the points tells it.
     """
 
     name: str
@@ -41,6 +44,7 @@ class Surface:
     evidence: Evidence
     resolution: float
     support: SupportPlane | None = None
+    T_fixed_surface: Floats | None = None
 
 
 def make_surface(
@@ -125,7 +129,11 @@ def grow_surface(
     support = shape.support
     if support is None and view.support is not None:
         support = _moved_plane(T_shape_view, view.support)
-    return Surface(shape.name, features, evidence, shape.resolution, support)
+    T_fixed_surface = shape.T_fixed_surface
+    if T_fixed_surface is None and view.T_fixed_surface is not None:
+        T_fixed_surface = view.T_fixed_surface @ np.linalg.inv(T_shape_view)
+    return Surface(
+        shape.name, features, evidence, shape.resolution, support, T_fixed_surface)
 
 
 def _moved_plane(transform: Floats, plane: SupportPlane) -> SupportPlane:

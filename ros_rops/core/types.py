@@ -27,6 +27,9 @@ Bytes = NDArray[np.uint8]
 
 Units = Literal['m', 'mm', 'unknown']
 
+LEAST_RIGID = 1e-6
+"""So much a rotation may be off: numbers are rounded where they are stored and multiplied."""
+
 
 def frozen(array: NDArray, dtype: type) -> NDArray:
     """Return `array` as a read-only C-contiguous array of `dtype` (a copy if need be)."""
@@ -41,6 +44,16 @@ def _all_finite(values: Floats) -> bool:
     with np.errstate(all='ignore'):
         # What is not finite never adds up to something finite: one pass, and no array of answers.
         return bool(np.isfinite(values.sum())) or bool(np.isfinite(values).all())
+
+
+def is_rigid(T: Floats) -> bool:
+    """Tell whether `T` is a rotation and a shift, (4, 4), all finite."""
+    if T.shape != (4, 4) or not np.isfinite(T).all():
+        return False
+    turn = T[:3, :3]
+    return (
+        np.array_equal(T[3], (0.0, 0.0, 0.0, 1.0)) and float(np.linalg.det(turn)) > 0.0
+        and bool(np.abs(turn @ turn.T - np.eye(3)).max() < LEAST_RIGID))
 
 
 class Status(Enum):
@@ -127,11 +140,15 @@ class RangeView:
         What the object stands on, where it was seen.
     beyond : (M, 3) float32 or None
         Where rays ended that pass by the object (table, wall): up to there space is empty.
+    T_fixed_sensor : (4, 4) float64 or None
+        Where the sensor stood in a frame in which the object stands still, as something else
+        than the points tells it (TF); in the view's units.
 
     Raises
     ------
     ShapeError
-        If an array's shape or the grid's indices do not fit `points`.
+        If an array's shape or the grid's indices do not fit `points`, or `T_fixed_sensor` is no
+        rigid motion.
     """
 
     name: str
@@ -144,6 +161,7 @@ class RangeView:
     frame_id: str = ''
     support: SupportPlane | None = None
     beyond: NDArray[np.float32] | None = None
+    T_fixed_sensor: Floats | None = None
 
     def __post_init__(self) -> None:
         """Check shapes and make the arrays read-only."""
@@ -169,7 +187,11 @@ class RangeView:
                 raise ShapeError(
                     f'beyond of {self.name!r}: expected finite (M, 3), got {beyond.shape}')
             object.__setattr__(self, 'beyond', beyond)
-
+        if self.T_fixed_sensor is not None:
+            T = frozen(self.T_fixed_sensor, np.float64)
+            if not is_rigid(T):
+                raise ShapeError(f'T_fixed_sensor of {self.name!r}: no rigid motion: {T.tolist()}')
+            object.__setattr__(self, 'T_fixed_sensor', T)
 
     def scaled(self, factor: float, units: Units) -> 'RangeView':
         """Return the view with all its lengths times `factor`, which are then in `units`."""
@@ -177,9 +199,13 @@ class RangeView:
         sensor = replace(self.sensor, origin=(x * factor, y * factor, z * factor))
         support = self.support and replace(self.support, offset=self.support.offset * factor)
         beyond = None if self.beyond is None else self.beyond * np.float32(factor)
+        T_fixed_sensor = self.T_fixed_sensor
+        if T_fixed_sensor is not None:
+            T_fixed_sensor = T_fixed_sensor.copy()
+            T_fixed_sensor[:3, 3] *= factor
         return replace(
             self, points=self.points * factor, sensor=sensor, units=units, support=support,
-            beyond=beyond)
+            beyond=beyond, T_fixed_sensor=T_fixed_sensor)
 
 
 @dataclass(frozen=True, slots=True)

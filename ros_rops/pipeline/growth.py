@@ -17,7 +17,7 @@ from ros_rops.core.errors import ViewError
 from ros_rops.core.pairwise import PairResult
 from ros_rops.core.shape_growing import grow, regrow, Shape
 from ros_rops.core.surface import Surface
-from ros_rops.core.types import Floats, Status
+from ros_rops.core.types import Floats, Status, Units
 from ros_rops.pipeline.attempt import Attempt, attempt
 from ros_rops.pipeline.chances import Chance, Chances, pair_of
 from ros_rops.pipeline.reports import ViewReport
@@ -59,10 +59,10 @@ class Growth:
         self._next_key = 0
         self._next_object = 0
 
-    def arrive(self, shape: Shape) -> None:
-        """Take a new view in and let it, and what it changes, find its place."""
+    def arrive(self, shape: Shape, units: Units) -> None:
+        """Take a new view in, in `units`, and let it, and what it changes, find its place."""
         self._surfaces[shape.surface.name] = shape.surface
-        self._watch.arrive(shape.surface)
+        self._watch.arrive(shape.surface, units)
         self._grow_from(self._insert(shape), self._config.growth.plausible)
 
     def settle(self) -> None:

@@ -53,7 +53,8 @@ def prepare(
     surface = make_surface(
         view.name, mesh, view.sensor, config, resolution=resolution, beyond=view.beyond,
         threads=threads)
-    return PreparedView(view, mesh, replace(surface, support=view.support))
+    return PreparedView(view, mesh, replace(
+        surface, support=view.support, T_fixed_surface=view.T_fixed_sensor))
 
 
 def _check_resolution(name: str, ratio: float, most: float) -> None:

@@ -104,7 +104,7 @@ class Session:
                 f'stiffness {firmness:.4f} is below {self.config.verdict.stiffness}',
                 {'stiffness': firmness})
             return self._aside[view.name]
-        self._growth.arrive(seed_shape(prepared.surface))
+        self._growth.arrive(seed_shape(prepared.surface), self.units)
         return self._report(view.name)
 
     def finish(self) -> None:
@@ -194,7 +194,7 @@ class Session:
     @property
     def station(self) -> Mapping[str, object]:
         """Return what was known of the station, found and used; empty if nothing was said."""
-        return self._watch.facts(self._growth.objects()) if self._watch.active else {}
+        return self._watch.facts(self._growth.objects()) if self._watch.said else {}
 
     @property
     def attempts(self) -> int:

@@ -15,6 +15,9 @@ from ros_rops.core.shape_growing import Shape
 from ros_rops.core.station import Known
 from ros_rops.core.station_axis import AxisFit, find_axis
 from ros_rops.core.surface import Surface
+from ros_rops.core.types import Units
+
+METRE: Mapping[Units, float] = {'m': 1.0, 'mm': 1000.0}
 
 
 class StationWatch:
@@ -35,6 +38,8 @@ class StationWatch:
         self._way = 0
         self._doubted = False
         self._planes = 0
+        self._posed = 0
+        self._metre: float | None = None
         self.unused: dict[int, str] = {}
 
     @property
@@ -43,12 +48,20 @@ class StationWatch:
         return self._config.axis or self._config.order or self._config.step_deg > 0
 
     @property
-    def active(self) -> bool:
+    def said(self) -> bool:
         """Whether anything is said of the station."""
-        return self._config.plane or self.turntable
+        return self._config.plane or self.turntable or bool(self._config.fixed_frame)
 
-    def arrive(self, surface: Surface) -> None:
-        """Note a view that came in."""
+    @property
+    def active(self) -> bool:
+        """Whether what is said speaks of the views."""
+        return self._config.plane or self.turntable or self._posed > 0
+
+    def arrive(self, surface: Surface, units: Units) -> None:
+        """Note a view that came in; `units` are the session's."""
+        self._metre = METRE.get(units)
+        if self._config.fixed_frame and self._metre is not None:
+            self._posed += surface.T_fixed_surface is not None
         self._order[surface.name] = len(self._order)
         self._middles[surface.name] = surface.evidence.centre
         self._unit = self._unit or surface.resolution
@@ -76,7 +89,7 @@ class StationWatch:
             turn = math.radians(self._config.step_deg) * since
             turns = (self._way * turn,) if self._way else (turn, -turn)
         way = self._way * since if self._config.order and abs(since) == 1 else 0
-        return Known(self._config, axis, turns, way)
+        return Known(self._config, axis, turns, way, self._metre)
 
     def fine_prior(
         self, names: Sequence[str], surfaces: Mapping[str, Surface]
@@ -112,6 +125,9 @@ class StationWatch:
         }
         if self._config.plane:
             said['planes_seen'] = self._planes
+        if self._config.fixed_frame:
+            said['fixed_frame'] = self._config.fixed_frame
+            said['sensor_poses'] = self._posed
         if self.fit is not None:
             axis = self.fit.axis
             said['axis_found'] = {

@@ -175,7 +175,7 @@ def to_folder(
         write_view(inner / given[view.name], view, facts=ViewFacts(
             frame.topic, 'view', view.name, view.units, view.sensor, view.stamp_ns,
             view.frame_id, support=view.support, log_time_ns=frame.log_time_ns,
-            beyond=view.beyond))
+            beyond=view.beyond, T_fixed_sensor=view.T_fixed_sensor))
         done.views += 1
     if known is not None and done.views:
         write_poses(

@@ -232,7 +232,7 @@ class McapStream:
         self._add_with_facts(points, colors, log_time_ns, ViewFacts(
             topic, 'view', view.name, view.units, view.sensor, view.stamp_ns, view.frame_id,
             points.shape[:-1], None if whole else view.grid, view.support,
-            beyond=view.beyond))
+            beyond=view.beyond, T_fixed_sensor=view.T_fixed_sensor))
 
     def add_frame(self, frame: Frame) -> None:
         """Add a frame so that `read_frames` gives it back as it is."""

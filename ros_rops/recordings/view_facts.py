@@ -50,6 +50,7 @@ class ViewFacts:
     log_time_ns : int or None
         In a view's file, which has no other place for it.
     beyond : (M, 3) float32 or None
+    T_fixed_sensor : (4, 4) float64 or None
     """
 
     topic: str
@@ -65,6 +66,7 @@ class ViewFacts:
     notes: tuple[str, ...] = ()
     log_time_ns: int | None = None
     beyond: NDArray[np.float32] | None = None
+    T_fixed_sensor: Floats | None = None
 
 
 def encode_facts(facts: ViewFacts) -> bytes:
@@ -81,6 +83,8 @@ def encode_facts(facts: ViewFacts) -> bytes:
         content['grid'] = _packed(facts.grid.astype('<i4'))
     if facts.beyond is not None:
         content['beyond'] = _packed(facts.beyond.astype('<f4'))
+    if facts.T_fixed_sensor is not None:
+        content['T_fixed_sensor'] = facts.T_fixed_sensor.tolist()
     if facts.log_time_ns is not None:
         content['log_time_ns'] = facts.log_time_ns
     return json.dumps(content, separators=(',', ':')).encode()
@@ -104,7 +108,8 @@ def decode_facts(data: bytes) -> ViewFacts:
             tuple(int(n) for n in content.get('shape', ())), _grid(content.get('grid')),
             support_of(content.get('support')),
             tuple(str(note) for note in content.get('notes', ())),
-            _stamp(content.get('log_time_ns')), _beyond(content.get('beyond')))
+            _stamp(content.get('log_time_ns')), _beyond(content.get('beyond')),
+            _matrix(content.get('T_fixed_sensor')))
     except (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError,
             zlib.error, binascii.Error) as error:
         raise InputError(f'{FACTS_TOPIC}: facts that cannot be read ({error!r})') from None
@@ -122,6 +127,10 @@ def _grid(content: Mapping[str, Any] | None) -> Ints | None:
 
 def _beyond(content: Mapping[str, Any] | None) -> NDArray[np.float32] | None:
     return None if content is None else _unpacked(content, '<f4').astype(np.float32)
+
+
+def _matrix(content: Any) -> Floats | None:
+    return None if content is None else np.array(content, np.float64)
 
 
 def _packed(array: NDArray[Any]) -> dict[str, Any]:
@@ -258,4 +267,5 @@ def _view(points: Floats32or64, colors: Bytes | None, facts: ViewFacts) -> Range
         colors = None if colors is None else colors[measured]
     return RangeView(
         facts.name, points.astype(np.float64), grid, facts.sensor or SensorModel(), colors,
-        facts.units, facts.stamp_ns, facts.frame_id, facts.support, facts.beyond)
+        facts.units, facts.stamp_ns, facts.frame_id, facts.support, facts.beyond,
+        facts.T_fixed_sensor)

@@ -61,6 +61,9 @@ def _station(said: Mapping[str, Any], units: str) -> list[str]:
     known = [name for name in ('plane', 'axis', 'order') if said.get(name)]
     if said.get('step_deg'):
         known.append(f'a step of {number(said["step_deg"])} deg')
+    if 'fixed_frame' in said:
+        known.append(
+            f'sensor poses in {said["fixed_frame"]} of {_count(said["sensor_poses"], "view")}')
     if known:
         lines.append(f'known of the station: {", ".join(known)}')
     if said.get('planes_seen') == 0:
