@@ -116,7 +116,7 @@ class PriorConfig(Group):
         10.0, 'Most that the pose of two views may turn against the sensor poses in fixed_frame.',
         unit='deg', low=0.1, high=180.0)
     pose_m: float = param(
-        0.05, "Most that it may move the middle of the view against them.",
+        0.05, 'Most that it may move the middle of the view against them.',
         unit='m', low=0.0001, high=1000.0)
     weight: float = param(
         3.0, 'Weight of plane and axis when all views are refined together, as a multiple of '

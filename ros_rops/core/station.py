@@ -1,8 +1,7 @@
 # Copyright 2026 The ros_rops authors
 # SPDX-License-Identifier: Apache-2.0
 """
-What a station knows of poses beforehand: the plane that objects stand on, the turntable's axis,
-where the sensor stood.
+What a station knows of poses beforehand: the objects' foot, the turntable, the sensor's poses.
 
 Knowledge proposes poses and objects to others; it never makes a pose believed that the data do
 not support. A shape's frame is the sensor's frame of its first view, so that both planes and the

@@ -7,15 +7,15 @@ from dataclasses import dataclass, replace
 
 from ros_rops.core.config import Config
 from ros_rops.core.frame import Frame
-from ros_rops.core.types import Floats, RangeView
+from ros_rops.core.types import RangeView
 from ros_rops.intake.journal import Journal
 from ros_rops.intake.reports import FrameReport, Word
+from ros_rops.intake.sensor_poses import Lookup, with_sensor_poses
 from ros_rops.recordings.frames import frame_view
 from ros_rops.segmentation.result import Segmentation
 from ros_rops.segmentation.segment import segment
 from ros_rops.segmentation.selection import Selector
 
-Lookup = Callable[[str, str, int | None], Floats | None]
 Watch = Callable[[Segmentation], None]
 
 
@@ -85,7 +85,8 @@ class Admission:
             It is taken whatever the selection says.
         """
         if frame.view is not None:
-            return self.admit_view(frame.view, frame.notes)
+            views, missing = self._posed((frame.view,))
+            return self.admit_view(views[0], (*frame.notes, *missing))
         decision = self._selector(frame.topic).decide(frame, asked=asked)
         if not decision.taken and self._endless:
             return Admitted(FrameReport(
@@ -99,9 +100,10 @@ class Admission:
         if not found.views:
             return self._keep(FrameReport(
                 frame.name, Word.EMPTY, found.why_empty, notes=notes, numbers=decision.numbers))
+        views, missing = self._posed(found.views)
         return self._keep(FrameReport(
-            frame.name, Word.TAKEN, decision.reason, tuple(view.name for view in found.views),
-            notes, decision.numbers), found.views)
+            frame.name, Word.TAKEN, decision.reason, tuple(view.name for view in views),
+            (*notes, *missing), decision.numbers), views)
 
     def admit_view(self, view: RangeView, notes: Sequence[str] = ()) -> Admitted:
         """Take a view as it stands, as files hold them."""
@@ -134,6 +136,11 @@ class Admission:
         if self._watch is not None:
             self._watch(found)
         return found
+
+    def _posed(
+        self, views: Sequence[RangeView]
+    ) -> tuple[tuple[RangeView, ...], tuple[str, ...]]:
+        return with_sensor_poses(views, self._config.prior.fixed_frame, self._lookup)
 
     def _keep(self, report: FrameReport, views: Sequence[RangeView] = ()) -> Admitted:
         """Journal first, so that nothing that the session does can lose a view."""

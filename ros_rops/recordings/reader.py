@@ -159,8 +159,7 @@ def finish_clean(
         clean.points, clean.grid, sensor)
     view = RangeView(
         name, clean.points, clean.grid, model, clean.colors, known_units, facts.stamp_ns,
-        facts.frame_id, facts.support, facts.beyond,
-        facts.T_fixed_sensor)
+        facts.frame_id, facts.support, facts.beyond, facts.T_fixed_sensor)
     notes = (*clean.notes, about_units, about_sensor)
     return NotedView(view, tuple(note for note in notes if note))
 

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from ros_rops.core.errors import InputError, RopsError
 from ros_rops.core.frame import Frame
 from ros_rops.core.types import (
-    Bytes, Floats, Floats32or64, Ints, RangeView, SensorModel, SupportPlane, Units)
+    Bytes, Floats, Floats32or64, Ints, is_rigid, RangeView, SensorModel, SupportPlane, Units)
 from ros_rops.recordings import cdr
 
 FACTS_TOPIC = '/view_facts'
@@ -130,7 +130,12 @@ def _beyond(content: Mapping[str, Any] | None) -> NDArray[np.float32] | None:
 
 
 def _matrix(content: Any) -> Floats | None:
-    return None if content is None else np.array(content, np.float64)
+    if content is None:
+        return None
+    matrix = np.array(content, np.float64)
+    if not is_rigid(matrix):
+        raise ValueError('T_fixed_sensor is no rigid motion')
+    return matrix
 
 
 def _packed(array: NDArray[Any]) -> dict[str, Any]:
