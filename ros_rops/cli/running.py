@@ -60,7 +60,7 @@ class Running:
         self._records = FrameRecords(out)
         self._intake = Intake(
             self._session, run_file.config, background=_background(run_file), threads=threads,
-            watch=self._records.write)
+            watch=self._records.write, steady=bool(run_file.station))
         self._sources = [source_of(item) for item in run_file.sources]
         self._feed = Feed(self._sources, self._intake, units=units)
         self._recalled = 0
@@ -144,7 +144,7 @@ class Running:
             notes.add(frame.name, frame.notes)
         for line in notes.lines():
             print(line, file=sys.stderr)
-        for line in frame_lines(count_words(self._intake.frames)):
+        for line in frame_lines(self._counts()):
             print(line, file=sys.stderr)
         if self._records.broken:
             _warn(f'{self._records.broken}; `rops explain` cannot tell of the frames that follow')
@@ -157,7 +157,7 @@ class Running:
             name: Refusal(name, reason) for name, reason in intake.refusals.items()}
         result = Run(
             self._session, self._run_file.config, intake.order, refusals, self._facts(),
-            frames_document(intake.frames), complete)
+            frames_document(intake.frames, intake.ledger.more), complete)
         try:
             document = write_run(self._out, result, picture=self._run_file.picture)
         except InputError as error:
@@ -172,13 +172,16 @@ class Running:
             _warn(f'{error}; the run counts as unfinished')
         return document
 
+    def _counts(self) -> dict[str, Any]:
+        return count_words(self._intake.frames, self._intake.ledger.more)
+
     def _facts(self) -> dict[str, Any]:
         from ros_rops.bench.machine import machine_facts, peak_rss_mib
 
         run_file, journal = self._run_file, self._intake.journal
         return {
             'inputs': list(run_file.inputs),
-            'frames': count_words(self._intake.frames),
+            'frames': self._counts(),
             'journal': journal.broken or ('whole' if run_file.journal else 'none'),
             'resumed_frames': self._recalled,
             'lost_inputs': {self._sources[n].path.name: why for n, why in self._feed.lost.items()},

@@ -71,6 +71,8 @@ def go_on(folder: Path, *, threads: int = 0) -> dict[str, Any] | None:
                   f'result may differ')
         path = folder / JOURNAL_NAME
         there = run_file.journal and path.exists()
+        if not there and run_file.station:
+            raise InputError(f'{path}: is missing; a run of a node has no other input')
         if not there:
             _warn(f'{path}: is missing; the run begins anew')
         return Running(folder, run_file, threads, resumed=True).finish(

@@ -10,7 +10,8 @@ import time
 from ros_rops.core.errors import InputError
 from ros_rops.core.frame import Frame
 from ros_rops.core.types import Floats
-from ros_rops.intake.intake import Intake, Lookup
+from ros_rops.intake.admission import Lookup
+from ros_rops.intake.intake import Intake
 from ros_rops.intake.past import Past
 from ros_rops.intake.reports import FrameReport, Word
 from ros_rops.recordings.reader import BadView, NotedView
@@ -60,10 +61,13 @@ class Feed:
                 self._ended.add(entry.source)
             elif entry.report is not None:
                 report = self._intake.restore(entry.report, entry.views)
-                self._frames.setdefault(source, []).append(report)
-                if not isinstance(self._sources[source], Recording):
-                    self._ended.add(source)
+                if source >= 0:
+                    self._frames.setdefault(source, []).append(report)
+                    if not isinstance(self._sources[source], Recording):
+                        self._ended.add(source)
                 yield report
+            else:
+                self._intake.ledger.recall(entry)
 
     def run(self) -> Iterator[FrameReport]:
         """Take what has no word yet, and yield the word on each frame."""

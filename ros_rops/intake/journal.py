@@ -7,7 +7,7 @@ An entry is the word on a frame, behind the views that the frame gave. The entry
 has none behind it was cut off by a crash, and is forgotten. Any tool that reads MCAP reads it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 import json
 import os
 from pathlib import Path
@@ -95,6 +95,14 @@ class Journal:
     def end(self, source: int) -> None:
         """Note that the input of this number was read to its end."""
         self._write({'end': source}, sync=True)
+
+    def command(self, name: str) -> None:
+        """Note what was asked of the session between the frames before and after."""
+        self._write({'command': name}, sync=True)
+
+    def skipped(self, counts: Mapping[str, int]) -> None:
+        """Note how many frames were not selected since the last entry, by reason."""
+        self._write({'skipped': dict(counts)})
 
     def _write(
         self, entry: dict[str, Any], views: Sequence[RangeView] = (), *, sync: bool = False

@@ -2,16 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """The second half of the way: the session places views, and every frame has its word written."""
 
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
+from ros_rops.core.errors import RopsError
 from ros_rops.core.types import RangeView, Status
 from ros_rops.intake.admission import Admitted
-from ros_rops.intake.reports import FrameReport, Word
+from ros_rops.intake.past import Entry
+from ros_rops.intake.reports import FrameReport, without_figures, Word
 from ros_rops.pipeline.reports import ViewReport
 from ros_rops.pipeline.session import Session
 
-COMMANDS = ('finish', 'remove_last_view')
+MOST_BLANKS = 1000
+"""Of a live sensor, reports on so many frames without a view are kept; the rest is counted."""
 TAKEN_BACK = 'taken back by ~/remove_last_view'
 
 
@@ -23,8 +27,10 @@ class Ledger:
     ----------
     session : Session
     steady : bool
-        A view on which the session fails, for want of memory or by a mistake of ours, is refused,
-        and the next one goes on; otherwise the failure is raised.
+        The frames are those of a live sensor, which may send them for weeks: of most that give
+        no view nothing is kept but their number. A view on which the session fails, for want of
+        memory or by a mistake of ours, is refused, and the next one goes on; otherwise the
+        failure is raised.
 
     Attributes
     ----------
@@ -34,6 +40,8 @@ class Ledger:
         given one; it stays when a view is taken back.
     refined : bool
         Whether the session's objects were refined since the last view came.
+    more : dict of Word to Counter of str
+        Frames of which no report is kept, by reason.
     failures : list of str
         What the session failed on (with `steady`).
     """
@@ -44,12 +52,17 @@ class Ledger:
         self.numbers: dict[str, int] = {}
         self.refined = False
         self.failures: list[str] = []
+        self.more: dict[Word, Counter[str]] = {
+            word: Counter() for word in (Word.SKIPPED, Word.EMPTY, Word.BAD)}
         self._steady = steady
         self._without: dict[str, str] = {}
 
     def place(self, admitted: Admitted) -> FrameReport:
         """Let the session have the views of a frame, and write the word on it down."""
         report = admitted.report
+        if self._steady and self._is_counted_only(report):
+            self.more[report.word][without_figures(report.reason)] += 1
+            return report
         if report.word is not Word.SKIPPED:
             self._number(report.views or (report.name,))
         report = replace(report, reports=tuple(self._add(view) for view in admitted.views))
@@ -58,25 +71,38 @@ class Ledger:
         self.frames.append(report)
         return report
 
-    def finish(self) -> None:
-        """Let the session refine its objects; more may be taken afterwards."""
-        self.session.finish()
+    def skip(self, counts: Mapping[str, int]) -> None:
+        """Count frames that were not selected, by reason."""
+        self.more[Word.SKIPPED].update(counts)
+
+    def finish(self) -> str:
+        """Let the session refine its objects; return why it failed, '' if it did not."""
+        if not self._steady:
+            self.session.finish()
+        else:
+            try:
+                self.session.finish()
+            except Exception as error:  # the poses are what they were
+                self.failures.append(f'refining failed: {told(error)}')
+                return self.failures[-1]
         self.refined = True
+        return ''
 
     def remove_last(self) -> str:
         """Take the last view back that is there; return its name, '' if there is none."""
-        name = next(reversed(self.session.views), '')
+        name = next(reversed(tuple(self.session.views)), '')
         if name:
             self.session.remove(name)
             self._without[name] = TAKEN_BACK
             self.refined = False
         return name
 
-    def carry_out(self, command: str) -> None:
-        """Do what a journal says was asked for: one of `COMMANDS`."""
-        if command == 'finish':
+    def recall(self, entry: Entry) -> None:
+        """Do again what an entry of a journal, of no frame, says was done."""
+        self.skip(entry.counts)
+        if entry.command == 'finish':
             self.finish()
-        elif command == 'remove_last_view':
+        elif entry.command == 'remove_last_view':
             self.remove_last()
 
     @property
@@ -89,6 +115,10 @@ class Ledger:
         """Why some of those are no view of the session, by name."""
         return dict(self._without)
 
+    def _is_counted_only(self, report: FrameReport) -> bool:
+        return report.word is Word.SKIPPED or (
+            report.word is not Word.TAKEN and len(self._without) >= MOST_BLANKS)
+
     def _number(self, names: Iterable[str]) -> None:
         for name in names:
             self.numbers[name] = len(self.numbers)
@@ -100,9 +130,18 @@ class Ledger:
         try:
             return self.session.add(view)
         except Exception as error:  # whatever it is, the views that follow are worth their word
-            reason = f'its registration failed: {error or ""} ({type(error).__name__})'
+            reason = f'its registration failed: {told(error)}'
             self.failures.append(f'{view.name}: {reason}')
             if view.name in self.session.views:
                 return self.session.give_up(view.name, reason)
             self._without[view.name] = reason
             return ViewReport(view.name, Status.REFUSED, None, reason)
+
+
+def told(error: BaseException) -> str:
+    """Return what an exception says, and its kind where that is no sentence of ours."""
+    kind = type(error).__name__
+    text = str(error)
+    if isinstance(error, RopsError):
+        return text
+    return f'{text} ({kind})' if text else kind

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Read a journal back, up to where it broke off."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 import io
 import json
 from pathlib import Path
@@ -32,19 +32,25 @@ class Entry:
 
     Parameters
     ----------
-    kind : {'open', 'begin', 'frame', 'end'}
+    kind : {'open', 'begin', 'frame', 'end', 'command', 'skipped'}
     source : int
         Number of the input ('begin', 'end').
     report : FrameReport or None
         The word on a frame ('frame').
     views : tuple of RangeView
         What the frame gave.
+    command : str
+        What was asked of the session ('command').
+    counts : mapping of str to int
+        Frames that were not selected, by reason ('skipped').
     """
 
     kind: str
     source: int = -1
     report: FrameReport | None = None
     views: tuple[RangeView, ...] = ()
+    command: str = ''
+    counts: Mapping[str, int] = field(default_factory=dict)
 
 
 class Past:
@@ -73,6 +79,7 @@ class Past:
         self.torn = 0
         self.damage = ''
         self._path = path
+        self._ended = False
         self._channels: dict[int, Channel] = {}
         self._schemas: dict[int, Any] = {}
         self._decoder = Decoder()
@@ -101,7 +108,7 @@ class Past:
                 raise
             except (RopsError, OSError, ValueError, KeyError, TypeError) as error:
                 self.damage = str(error)
-            self.torn = size - self.at
+            self.torn = 0 if self._ended else size - self.at
 
     def _entries(self, stream: IO[bytes], size: int) -> Iterator[Entry]:
         if stream.read(len(MAGIC)) != MAGIC:
@@ -113,6 +120,7 @@ class Past:
             if opcode == DATA_END:
                 if sealed:
                     self.at = end - len(content) - 9
+                self._ended = sealed
                 return
             if opcode == MESSAGE_INDEX and sealed:
                 self.at = end
@@ -164,6 +172,10 @@ class Past:
     def _entry(self, content: dict[str, Any]) -> Entry:
         (kind, value), views = next(iter(content.items())), tuple(self._views)
         self._views = []
+        if kind == 'command':
+            return Entry(kind, command=str(value))
+        if kind == 'skipped':
+            return Entry(kind, counts={str(why): int(count) for why, count in value.items()})
         if kind != 'frame':
             return Entry(kind, value if isinstance(value, int) else -1)
         report = FrameReport.from_json(value)

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 import re
+from types import MappingProxyType
 from typing import Any
 
 from ros_rops.pipeline.reports import ViewReport
@@ -77,9 +78,21 @@ class FrameReport:
             {str(key): float(value) for key, value in content['numbers'].items()})
 
 
-def count_words(frames: Iterable[FrameReport]) -> dict[str, Any]:
+Counts = Mapping[Word, Mapping[str, int]]
+"""How many frames have a word, by reason."""
+
+
+def count_words(
+    frames: Iterable[FrameReport], more: Counts = MappingProxyType({})
+) -> dict[str, Any]:
     """
     Count frames by word, and those without views by reason.
+
+    Parameters
+    ----------
+    frames : iterable of FrameReport
+    more : mapping
+        Frames without views of which no report is kept.
 
     Returns
     -------
@@ -96,6 +109,9 @@ def count_words(frames: Iterable[FrameReport]) -> dict[str, Any]:
         views += len(frame.views)
         if frame.word in reasons:
             reasons[frame.word][without_figures(frame.reason)] += 1
+    for word, counts in more.items():
+        words[word] += sum(counts.values())
+        reasons[word].update(counts)
     return {
         'read': words.total(), 'taken': words[Word.TAKEN], 'views': views,
         **{word.value: words[word] for word in reasons},
@@ -103,9 +119,15 @@ def count_words(frames: Iterable[FrameReport]) -> dict[str, Any]:
     }
 
 
-def frames_document(frames: Sequence[FrameReport]) -> dict[str, Any]:
-    """Return the content of `frames.json`: the counts, and the word on every frame in order."""
-    return {'counts': count_words(frames), 'frames': [frame.to_json() for frame in frames]}
+def frames_document(
+    frames: Sequence[FrameReport], more: Counts = MappingProxyType({})
+) -> dict[str, Any]:
+    """
+    Return the content of `frames.json`: the counts, and the word on every frame in order.
+
+    Frames of which no report is kept (`more`) are in the counts only.
+    """
+    return {'counts': count_words(frames, more), 'frames': [frame.to_json() for frame in frames]}
 
 
 def without_figures(text: str) -> str:

@@ -78,6 +78,9 @@ class RunFile:
         Of ros_rops.
     state : {'running', 'partial', 'finished'}
         'partial': its results are of a part of the input.
+    station : mapping
+        Of a run of the station's node, the node's own parameters by name: such a run has no
+        inputs but what its journal holds. Empty for others.
     """
 
     inputs: tuple[str, ...]
@@ -89,6 +92,7 @@ class RunFile:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     version: str = ''
     state: str = 'running'
+    station: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def config(self) -> Config:
@@ -195,7 +199,8 @@ def _run_file(content: Mapping[str, Any]) -> RunFile:
         str(content['units']), bool(content['picture']),
         bool(content['journal']),
         None if content['background'] is None else _stamp_of(content['background']),
-        dict(content['parameters']), str(content['version']), str(content['state']))
+        dict(content['parameters']), str(content['version']), str(content['state']),
+        dict(content.get('station', {})))
     Config.from_flat(found.parameters)
     return found
 

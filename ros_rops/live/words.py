@@ -119,6 +119,8 @@ class StationState:
     last_error : str
     last_save : str
         What the last `~/save` or `~/finish` came to.
+    errors : int
+        So often something failed that should not; `last_error` is the last of these.
     """
 
     doing: str = ''
@@ -136,6 +138,7 @@ class StationState:
     journal: str = 'none'
     last_error: str = ''
     last_save: str = ''
+    errors: int = 0
 
 
 class Listener(Protocol):

@@ -1,0 +1,204 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""The thread that owns the session: it places views, and does what was asked, in one order."""
+
+from collections.abc import Callable
+from contextlib import suppress
+import time
+from typing import Any
+
+from ros_rops.core.config import Config
+from ros_rops.core.errors import InputError
+from ros_rops.core.node_config import NodeConfig
+from ros_rops.core.types import Units
+from ros_rops.intake.admission import Admitted
+from ros_rops.intake.ledger import Ledger, told
+from ros_rops.intake.reports import count_words, frames_document
+from ros_rops.live.board import Board
+from ros_rops.live.run import LiveRun
+from ros_rops.live.tasks import Begin, Command, Configure, Place, Recall, Skip, Task, Tasks
+from ros_rops.live.voice import Voice
+from ros_rops.live.words import Update
+from ros_rops.pipeline.reports import ViewReport
+from ros_rops.pipeline.session import Session
+from ros_rops.reporting.run import Refusal, Run
+from ros_rops.reporting.run_folder import write_run
+
+
+class Worker:
+    """
+    Does the tasks, one after the other; none of them can end it.
+
+    Parameters
+    ----------
+    tasks : Tasks
+    run : LiveRun
+    config, node : Config, NodeConfig
+    voice : Voice
+    board : Board
+    journal_state : callable
+        Tells of the journal: 'whole', 'none', or why it broke.
+    """
+
+    def __init__(
+        self, tasks: Tasks, run: LiveRun, config: Config, node: NodeConfig, voice: Voice,
+        board: Board, journal_state: Callable[[], str],
+    ) -> None:
+        self._tasks, self._run, self._config, self._node = tasks, run, config, node
+        self._voice, self._board, self._journal_state = voice, board, journal_state
+        self._started = time.perf_counter()
+        self._epoch = 0
+        self._recalled = 0
+        self._last: dict[str, ViewReport] = {}
+        self._ledger = self._new_ledger()
+
+    def run(self) -> None:
+        """Work until the tasks are stopped."""
+        while (task := self._tasks.get()) is not None:
+            try:
+                self._do(task)
+            except Exception as error:  # a mistake of ours must not end the station
+                self._board.fail(f'{self._board.doing[0] or type(task).__name__}: {told(error)}')
+            self._board.do('')
+        self._run.release()
+
+    def _new_ledger(self) -> Ledger:
+        units: dict[str, Units] = {'m': 'm', 'mm': 'mm'}
+        session = Session(
+            self._config, threads=self._node.node.threads,
+            units=units.get(self._node.input.units))
+        return Ledger(session, steady=True)
+
+    def _do(self, task: Task) -> None:
+        if isinstance(task, Place):
+            self._place(task)
+        elif isinstance(task, Recall):
+            self._recall(task)
+        elif isinstance(task, Skip):
+            self._ledger.skip(task.counts)
+        elif isinstance(task, Command):
+            {'finish': self._finish, 'save': self._save,
+             'remove_last_view': self._remove}[task.name]()
+        elif isinstance(task, Configure):
+            self._config = task.config
+            self._run.configure(task.config)
+        else:
+            self._begin(task)
+
+    def _place(self, task: Place) -> None:
+        admitted, arrival = task.admitted, task.arrival
+        if admitted.views:
+            self._board.do(f'registering {admitted.report.name}')
+        self._run.saved = False
+        report = self._ledger.place(admitted)
+        self._tell_failures()
+        if not admitted.views:
+            return
+        self._tell()
+        if arrival is not None:
+            self._board.latency_s = time.monotonic() - arrival.at_s
+            self._voice.handled(report, arrival)
+
+    def _recall(self, task: Recall) -> None:
+        entry = task.entry
+        if entry is None:
+            self._board.resuming = False
+            if task.note:
+                self._board.fail(task.note)
+            self._tell()
+            return
+        self._recalled += entry.report is not None
+        self._board.recall(entry)
+        self._board.do(f'resuming {self._recalled} of {self._recalled + len(self._tasks)}')
+        if entry.report is None:
+            self._ledger.recall(entry)
+        else:
+            self._ledger.place(Admitted(entry.report, entry.views))
+        self._tell_failures()
+
+    def _finish(self) -> None:
+        self._board.do('refining')
+        failed = self._ledger.finish()
+        self._run.saved = False
+        self._tell_failures()
+        self._board.last_save = failed or (
+            f'refined {_counted(len(self._ledger.session.objects), "object")}')
+        self._tell()
+
+    def _remove(self) -> None:
+        self._board.do('taking the last view back')
+        self._run.saved = False
+        name = self._ledger.remove_last()
+        if not name:
+            self._board.fail('~/remove_last_view: there is no view')
+            return
+        self._tell()
+
+    def _save(self) -> None:
+        folder = self._run.folder
+        self._board.do(f'saving to {folder}')
+        try:
+            write_run(folder, self._result(), picture=self._node.output.picture)
+        except Exception as error:  # a full disk, or a picture that cannot be drawn
+            self._board.last_save = f'not saved: {told(error)}'
+            self._board.fail(self._board.last_save)
+            return
+        self._run.saved = True
+        objects = _counted(len(self._ledger.session.objects), 'object')
+        views = _counted(len(self._ledger.session.views), 'view')
+        self._board.last_save = f'saved {objects} of {views} to {folder}'
+
+    def _result(self) -> Run:
+        ledger = self._ledger
+        return Run(
+            ledger.session, self._config, ledger.order,
+            {name: Refusal(name, reason) for name, reason in ledger.refusals.items()},
+            self._facts(), frames_document(ledger.frames, ledger.more))
+
+    def _facts(self) -> dict[str, Any]:
+        return {
+            'inputs': [], 'frames': count_words(self._ledger.frames, self._ledger.more),
+            'journal': self._journal_state(), 'resumed_frames': self._recalled,
+            'lost_inputs': {}, 'threads': self._node.node.threads,
+            'seconds': time.perf_counter() - self._started, 'errors': self._board.errors}
+
+    def _begin(self, task: Begin) -> None:
+        """End the run; with a result that is not that of all views, it can be resumed."""
+        self._board.do('beginning another run')
+        with suppress(InputError):  # then it counts as unfinished
+            self._run.end()
+        self._run.release()
+        self._run = task.run
+        self._epoch += 1
+        self._recalled = 0
+        self._last = {}
+        self._started = time.perf_counter()
+        self._ledger = self._new_ledger()
+        self._board.begin(str(task.run.folder))
+        self._tell()
+
+    def _tell_failures(self) -> None:
+        for text in self._ledger.failures:
+            self._board.fail(text)
+        self._ledger.failures.clear()
+
+    def _tell(self) -> None:
+        session = self._ledger.session
+        reports = session.reports
+        changed = tuple(r for r in reports if not _same(self._last.get(r.name), r))
+        self._last = {report.name: report for report in reports}
+        update = Update(
+            session.objects, dict(session.views), dict(session.prepared), reports, changed,
+            dict(self._ledger.numbers), reports[-1].name if reports else '', session.units,
+            session.mesh_resolution, self._ledger.refined, self._epoch)
+        self._board.show(update)
+        self._voice.updated(update)
+
+
+def _same(before: ViewReport | None, now: ViewReport) -> bool:
+    return before is not None and (
+        before.status is now.status and before.object_id == now.object_id)
+
+
+def _counted(count: int, what: str) -> str:
+    return f'{count} {what}{"" if count == 1 else "s"}'
