@@ -14,25 +14,25 @@ def recording(tmp_path_factory):
     path = tmp_path_factory.mktemp('sensor_poses') / 'hand.mcap'
     assert main([
         'simulate', 'procedural:bracket', '--out', str(path), '--capture', 'hand-held', '--views',
-        '4', '--image', '160x120', '--distance', '0.35', '--size', '0.15', '--seed', '3']) == 0
+        '6', '--image', '160x120', '--distance', '0.35', '--size', '0.15', '--seed', '3',
+        '--table']) == 0
     return path
 
 
 def replayed(recording, out, frame):
-    assert main([
-        'replay', str(recording), '--out', str(out), '--no-picture', '--set',
-        f'prior.fixed_frame={frame}']) == 0
+    more = ('--set', f'prior.fixed_frame={frame}') if frame else ()
+    assert main(['replay', str(recording), '--out', str(out), '--no-picture', *more]) == 0
     return json.loads((out / 'poses.json').read_text(encoding='utf-8'))
 
 
 def test_they_are_found_journalled_and_used(recording, tmp_path, capsys):
     out = tmp_path / 'run'
     document = replayed(recording, out, 'world')
-    assert 'sensor poses in world of 4 views' in capsys.readouterr().out
-    assert document['station']['sensor_poses'] == 4
+    assert 'sensor poses in world of 6 views' in capsys.readouterr().out
+    assert document['station']['sensor_poses'] == 6
     assert main(['evaluate', str(out / 'poses.json'),
                  str(recording.with_name('hand_poses.json'))]) == 0
-    assert '4 of 4 views placed, 0 in the wrong place' in capsys.readouterr().out
+    assert '6 of 6 views placed, 0 in the wrong place' in capsys.readouterr().out
     before = result(out)
     unfinish(out)
     (out / 'poses.json').unlink()

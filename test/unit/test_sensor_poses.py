@@ -35,9 +35,8 @@ HALL = motion([0.4, -1.0, 2.0], [3.0, -5.0, 1.0])
 
 def said(poses, units='m'):
     """Return captures of which the sensor poses are said to be `poses` (None: not known)."""
-    views = [replace(capture.view, units=units, T_fixed_sensor=pose)
-             for capture, pose in zip(arc('blob', COUNT), poses, strict=True)]
-    return views
+    return [replace(capture.view, units=units, T_fixed_sensor=pose)
+            for capture, pose in zip(arc('blob', COUNT), poses, strict=True)]
 
 
 def right():
