@@ -43,7 +43,7 @@ def to_mcap(
         missing = [topic for topic in topics if topic not in known]
         if missing:
             raise InputError(f'{path}: there is no topic {missing[0]!r} in the recording')
-        coders: dict[Channel, _Coder] = {}
+        coders: dict[Channel, Coder] = {}
         count = 0
         for raw in storage.messages(frozenset(topics) or known):
             if isinstance(raw, Cut):
@@ -53,7 +53,7 @@ def to_mcap(
                 raise InputError(f'{path}: {raw.fault}')
             coder = coders.get(raw.channel)
             if coder is None:
-                coder = coders[raw.channel] = _Coder(raw.channel)
+                coder = coders[raw.channel] = Coder(raw.channel)
             mcap.add(
                 raw.channel.topic, coder.kind, coder.encode(raw.data), raw.log_time_ns,
                 latched=raw.channel.topic == '/tf_static', schema=coder.schema)
@@ -61,8 +61,19 @@ def to_mcap(
     return count
 
 
-class _Coder:
-    """How the messages of a channel are written, and their definition."""
+class Coder:
+    """
+    How the messages of a channel are written in ROS 2, and their definition.
+
+    Parameters
+    ----------
+    channel : Channel
+
+    Raises
+    ------
+    InputError
+        If its encoding is not known.
+    """
 
     def __init__(self, channel: Channel) -> None:
         self.kind = channel.kind

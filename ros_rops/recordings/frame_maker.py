@@ -121,7 +121,7 @@ class FrameMaker:
         rectified = self._rectified
         if rectified is None:
             rectified = 'rect' in topic.rpartition('/')[2]
-        points = depth_image.backproject(depth, entry.info, rectified=rectified)
+        points = depth_image.backproject(depth, entry.info.message, rectified=rectified)
         whole_mm = attribute(entry.message, 'encoding', 'Image') != '32FC1'
         if self._units == 'mm' and whole_mm:
             points *= np.float32(1000)
@@ -151,7 +151,7 @@ def _colors(entry: Entry) -> tuple[Bytes | None, tuple[str, ...]]:
     if entry.color is None:
         return None, ()
     try:
-        colors = depth_image.decode_color(entry.color)
+        colors = depth_image.decode_color(entry.color.message)
     except InputError as error:
         return None, (f'its colour image is not used: {error}',)
     if colors.shape[:2] != (entry.message.height, entry.message.width):

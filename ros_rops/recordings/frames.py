@@ -4,17 +4,15 @@
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
-from ros_rops.core.errors import InputError
 from ros_rops.core.frame import Frame
 from ros_rops.recordings.cloud import measured_cloud
 from ros_rops.recordings.frame_maker import check_stated, FrameMaker
 from ros_rops.recordings.messages import Cut, Decoder, Storage
-from ros_rops.recordings.pairing import Entry, Pairing
+from ros_rops.recordings.pairing import Entry, first_infos, Pairing
 from ros_rops.recordings.reader import BadView, finish_clean, NotedView
 from ros_rops.recordings.storage import open_storage
-from ros_rops.recordings.topics import choose, Plan
+from ros_rops.recordings.topics import chosen
 
 
 def read_frames(
@@ -59,10 +57,10 @@ def frames_of(
     """Yield the frames of an open recording, called `path`; all else as `read_frames`."""
     check_stated(units, sensor)
     decoder = Decoder()
-    plan = _chosen(path, storage, topics, decoder)
+    plan = chosen(path, storage, topics, decoder)
     maker = FrameMaker(plan, units, sensor)
     names = _Names()
-    pairing = Pairing(plan, decoder, _first_infos(storage, plan, decoder))
+    pairing = Pairing(plan, decoder, first_infos(storage, plan, decoder))
     cuts = []
     for item in storage.messages(plan.topics):
         if isinstance(item, Cut):
@@ -83,7 +81,7 @@ def count_frames(path: Path, topics: Sequence[str] = ()) -> int:
         As `read_frames`.
     """
     with open_storage(path) as storage:
-        plan = _chosen(path, storage, topics, Decoder())
+        plan = chosen(path, storage, topics, Decoder())
         if plan.count is not None:
             return plan.count
         return sum(not isinstance(item, Cut) for item in storage.messages(plan.frames))
@@ -98,27 +96,6 @@ def frame_view(frame: Frame) -> NotedView:
         units='auto' if frame.units == 'unknown' else frame.units, sensor=frame.sensor or 'auto',
         stamp_ns=frame.stamp_ns, frame_id=frame.frame_id)
     return NotedView(noted.view, tuple(f'{frame.name}: {note}' for note in noted.notes))
-
-
-def _chosen(path: Path, storage: Storage, topics: Sequence[str], decoder: Decoder) -> Plan:
-    try:
-        return choose(storage, topics, decoder)
-    except InputError as error:
-        raise InputError(f'{path}: {error}') from None
-
-
-def _first_infos(storage: Storage, plan: Plan, decoder: Decoder) -> dict[str, Any]:
-    """Return the first CameraInfo of each topic: a latched one may have been recorded late."""
-    found: dict[str, Any] = {}
-    wanted = frozenset(plan.infos.values())
-    for raw in storage.messages(wanted) if wanted else ():
-        if isinstance(raw, Cut) or found.keys() == wanted:
-            break
-        try:
-            found.setdefault(raw.channel.topic, decoder.decode(raw))
-        except InputError:
-            continue
-    return found
 
 
 class _Names:

@@ -5,10 +5,10 @@
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from ros_rops.core.errors import InputError
-from ros_rops.recordings.messages import Decoder, header, RawMessage
+from ros_rops.recordings.messages import Cut, Decoder, header, RawMessage, Storage
 from ros_rops.recordings.topics import CLOUD, IMAGE, INFO, Plan
 from ros_rops.recordings.view_facts import decode_facts, FACTS_TOPIC, ViewFacts
 
@@ -16,6 +16,13 @@ WAIT_NS = 200_000_000
 """A depth image waits so long, in log time, for the messages that belong to it."""
 LONGEST_QUEUE = 8
 """Frames that wait at a time, whatever the time."""
+
+
+class Noted(NamedTuple):
+    """A message beside a depth image, decoded and raw."""
+
+    message: Any
+    raw: RawMessage
 
 
 @dataclass(slots=True)
@@ -32,7 +39,7 @@ class Entry:
         Why it failed.
     stamp_ns : int
     frame_id : str
-    info, color : object or None
+    info, color : Noted or None
         Of a depth image.
     facts : ViewFacts or None
         What this package wrote of the frame beside the message.
@@ -43,9 +50,23 @@ class Entry:
     fault: str = ''
     stamp_ns: int = 0
     frame_id: str = ''
-    info: Any = None
-    color: Any = None
+    info: Noted | None = None
+    color: Noted | None = None
     facts: ViewFacts | None = None
+
+
+def first_infos(storage: Storage, plan: Plan, decoder: Decoder) -> dict[str, Noted]:
+    """Return the first CameraInfo of each topic: a latched one may have been recorded late."""
+    found: dict[str, Noted] = {}
+    wanted = frozenset(plan.infos.values())
+    for raw in storage.messages(wanted) if wanted else ():
+        if isinstance(raw, Cut) or found.keys() == wanted:
+            break
+        try:
+            found.setdefault(raw.channel.topic, Noted(decoder.decode(raw), raw))
+        except InputError:
+            continue
+    return found
 
 
 class Pairing:
@@ -56,15 +77,15 @@ class Pairing:
     ----------
     plan : Plan
     decoder : Decoder
-    infos : dict of str
+    infos : dict of str to Noted
         By topic, the first CameraInfo of the recording: used until one has been seen.
     """
 
-    def __init__(self, plan: Plan, decoder: Decoder, infos: dict[str, Any]) -> None:
+    def __init__(self, plan: Plan, decoder: Decoder, infos: dict[str, Noted]) -> None:
         self._plan, self._decoder = plan, decoder
         self._queue: deque[Entry] = deque()
         self._last_info = dict(infos)
-        self._recent: dict[str, dict[int, Any]] = {}
+        self._recent: dict[str, dict[int, Noted]] = {}
         self._facts: dict[str, tuple[int, ViewFacts]] = {}
         self._now = 0
 
@@ -114,14 +135,14 @@ class Pairing:
     def _note(self, raw: RawMessage) -> None:
         topic = raw.channel.topic
         try:
-            message = self._decoder.decode(raw)
-            stamp, _ = header(message)
+            noted = Noted(self._decoder.decode(raw), raw)
+            stamp, _ = header(noted.message)
         except InputError:
             return  # as good as not there: the depth image will say that it lacks it
         if raw.channel.kind == INFO:
-            self._last_info[topic] = message
+            self._last_info[topic] = noted
         recent = self._recent.setdefault(topic, {})
-        recent[stamp] = message
+        recent[stamp] = noted
         while len(recent) > LONGEST_QUEUE:
             del recent[next(iter(recent))]
 

@@ -4,6 +4,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from msg_adapters.depth_image import COLORS, DEPTHS
@@ -89,6 +90,14 @@ def choose(storage: Storage, named: Sequence[str], decoder: Decoder) -> Plan:
         () if named or not clouds else tuple(_unused(channels)),
         frozenset(
             c.topic for c in channels if c.topic == FACTS_TOPIC and c.encoding == 'cdr'))
+
+
+def chosen(path: Path, storage: Storage, named: Sequence[str], decoder: Decoder) -> Plan:
+    """Do as `choose`; an error names the recording, which is called `path`."""
+    try:
+        return choose(storage, named, decoder)
+    except InputError as error:
+        raise InputError(f'{path}: {error}') from None
 
 
 def holds(channels: Sequence[Channel]) -> str:
