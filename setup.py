@@ -120,6 +120,9 @@ setup(
         'zstandard>=0.21,<1',
     ],
     extras_require={'bench': BENCH, 'test': TEST},
-    entry_points={'console_scripts': ['rops = ros_rops.cli.main:main']},
+    entry_points={'console_scripts': [
+        'registration_node = ros_rops.nodes.registration_node:main',
+        'rops = ros_rops.cli.main:main',
+    ]},
     zip_safe=False,
 )

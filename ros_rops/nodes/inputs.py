@@ -1,0 +1,139 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the node listens to: messages as they stand on the wire, handed on without a look at them."""
+
+from collections.abc import Callable
+from functools import partial
+import time
+from typing import Any
+
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.event_handler import QoSRequestedIncompatibleQoSInfo, SubscriptionEventCallbacks
+from rclpy.node import Node
+from rclpy.qos import (
+    DurabilityPolicy, qos_policy_name_from_kind, QoSPolicyKind, QoSProfile, ReliabilityPolicy)
+from ros_rops.core.groups_node import InputConfig
+from ros_rops.recordings.live_frames import COLOR_TOPIC, DEPTH_TOPIC, INFO_TOPIC, VIEWS_TOPIC
+from ros_rops.recordings.messages import Channel, RawMessage
+from ros_rops.recordings.view_facts import FACTS_TOPIC
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from std_msgs.msg import String
+
+Offer = Callable[[RawMessage], None]
+FACTS_DEPTH = 100
+ADVICE = (
+    'DDS loses most large clouds sent best effort: let the driver publish reliable, or give Fast '
+    'DDS a larger shared-memory segment')
+
+
+class Inputs:
+    """
+    Subscriptions to the topics of one kind of input; `close` ends them.
+
+    Parameters
+    ----------
+    node : Node
+    config : InputConfig
+    offer : callable
+        Is given every message; returns at once and raises nothing.
+    """
+
+    def __init__(self, node: Node, config: InputConfig, offer: Offer) -> None:
+        self._inputs = [
+            _Input(node, config, offer, Channel(topic, name, 'cdr'), kind)
+            for topic, name, kind in _topics(config)]
+        if config.kind == 'cloud':
+            self._inputs.append(_Input(
+                node, InputConfig(reliability='reliable', depth=FACTS_DEPTH), offer,
+                Channel(FACTS_TOPIC, 'std_msgs/msg/String', 'cdr'), String))
+
+    def close(self) -> None:
+        """Listen no more."""
+        for item in self._inputs:
+            item.close()
+
+    def facts(self) -> dict[str, str]:
+        """Return how each topic is listened to, by its name."""
+        return {item.topic: item.state() for item in self._inputs}
+
+
+def _topics(config: InputConfig) -> list[tuple[str, str, type]]:
+    if config.kind == 'cloud':
+        return [(VIEWS_TOPIC, 'sensor_msgs/msg/PointCloud2', PointCloud2)]
+    image = 'sensor_msgs/msg/Image'
+    topics = [(DEPTH_TOPIC, image, Image), (INFO_TOPIC, 'sensor_msgs/msg/CameraInfo', CameraInfo)]
+    return [*topics, (COLOR_TOPIC, image, Image)] if config.color else topics
+
+
+class _Input:
+    """One topic, and what becomes of publishers that offer less than is asked for."""
+
+    def __init__(
+        self, node: Node, config: InputConfig, offer: Offer, channel: Channel, kind: type
+    ) -> None:
+        self._node, self._config, self._offer = node, config, offer
+        self._channel, self._kind = channel, kind
+        self._group = MutuallyExclusiveCallbackGroup()
+        self._lost = 0
+        self._closed = False
+        self._best_effort = config.reliability == 'best_effort'
+        self._subscription = self._subscribe()
+
+    @property
+    def topic(self) -> str:
+        """The topic's whole name."""
+        return str(self._subscription.topic_name)
+
+    def state(self) -> str:
+        """Return how the topic is listened to, and what is known of its publishers."""
+        publishers = self._node.count_publishers(self.topic)
+        reliability = 'best effort' if self._best_effort else 'reliable'
+        lost = f', {self._lost} messages lost by DDS' if self._lost else ''
+        return f'{reliability}, {publishers} publisher{"" if publishers == 1 else "s"}{lost}'
+
+    def close(self) -> None:
+        self._closed = True
+        self._node.destroy_subscription(self._subscription)
+
+    def _subscribe(self) -> Any:
+        config = self._config
+        profile = QoSProfile(
+            depth=config.depth,
+            reliability=(ReliabilityPolicy.BEST_EFFORT if self._best_effort
+                         else ReliabilityPolicy.RELIABLE),
+            durability=(DurabilityPolicy.TRANSIENT_LOCAL if config.durability == 'transient_local'
+                        else DurabilityPolicy.VOLATILE))
+        return self._node.create_subscription(
+            self._kind, self._channel.topic.lstrip('/'), partial(self._take, self._channel),
+            profile, callback_group=self._group, raw=True,
+            event_callbacks=SubscriptionEventCallbacks(
+                incompatible_qos=self._incompatible, message_lost=self._lose))
+
+    def _take(self, channel: Channel, data: bytes) -> None:
+        self._offer(RawMessage(channel, time.time_ns(), data))
+
+    def _lose(self, event: Any) -> None:
+        self._lost = int(event.total_count)
+
+    def _incompatible(self, event: QoSRequestedIncompatibleQoSInfo) -> None:
+        policy = event.last_policy_kind
+        log = self._node.get_logger()
+        if self._closed:
+            return
+        if policy != QoSPolicyKind.RELIABILITY or self._config.reliability != 'auto':
+            log.error(f'{self.topic}: a publisher is not heard, since it {self._remedy(policy)}')
+        elif not self._best_effort:
+            log.warning(f'{self.topic}: a publisher offers best effort only, which is taken now. '
+                        f'{ADVICE}')
+            self._best_effort = True
+            old, self._subscription = self._subscription, self._subscribe()
+            self._node.destroy_subscription(old)
+
+    def _remedy(self, policy: int) -> str:
+        if policy == QoSPolicyKind.RELIABILITY:
+            return ('offers best effort where reliable is asked for; set input.reliability to '
+                    f'auto or best_effort. {ADVICE}')
+        if policy == QoSPolicyKind.DURABILITY:
+            return ('offers volatile where transient_local is asked for; set input.durability '
+                    'to volatile')
+        return f'offers less than is asked for ({qos_policy_name_from_kind(policy)})'
