@@ -10,10 +10,10 @@ import time
 from ros_rops.core.errors import InputError
 from ros_rops.core.frame import Frame
 from ros_rops.core.types import Floats
-from ros_rops.intake.admission import Lookup
 from ros_rops.intake.intake import Intake
 from ros_rops.intake.past import Past
 from ros_rops.intake.reports import FrameReport, Word
+from ros_rops.intake.sensor_poses import Lookup
 from ros_rops.recordings.reader import BadView, NotedView
 from ros_rops.recordings.sources import Recording, ViewSource
 from ros_rops.recordings.transforms import read_transforms, TransformTree

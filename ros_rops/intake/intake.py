@@ -7,10 +7,11 @@ from collections.abc import Sequence
 from ros_rops.core.config import Config
 from ros_rops.core.frame import Frame
 from ros_rops.core.types import RangeView
-from ros_rops.intake.admission import Admission, Lookup, Watch
+from ros_rops.intake.admission import Admission, Watch
 from ros_rops.intake.journal import Journal
 from ros_rops.intake.ledger import Ledger
 from ros_rops.intake.reports import FrameReport
+from ros_rops.intake.sensor_poses import Lookup
 from ros_rops.pipeline.session import Session
 
 
@@ -58,7 +59,7 @@ class Intake:
 
     @property
     def frames(self) -> list[FrameReport]:
-        """The word on every frame."""
+        """Return the word on every frame."""
         return self.ledger.frames
 
     def begin(self, lookup: Lookup | None = None) -> None:

@@ -23,7 +23,7 @@ class Board:
     resuming : bool
         Whether what a journal holds is still being gone through.
     admitted : int
-        Views that the sorter let in, less those that were asked to be taken back.
+        Views that were let in, less those that were asked to be taken back.
     """
 
     def __init__(self) -> None:
@@ -52,6 +52,11 @@ class Board:
         with self._lock:
             self._words[word] += frames
 
+    def admit(self, views: int) -> None:
+        """Count views that were let in, or (negative) are to be taken back."""
+        with self._lock:
+            self.admitted = max(0, self.admitted + views)
+
     def recall(self, entry: Entry) -> None:
         """Count what a journal says of frames."""
         self.count(Word.SKIPPED, sum(entry.counts.values()))
@@ -64,13 +69,13 @@ class Board:
 
     @property
     def doing(self) -> tuple[str, float]:
-        """What the worker does, and for how many seconds."""
+        """Return what the worker does, and for how many seconds."""
         what, since = self._doing
         return what, time.monotonic() - since if what else 0.0
 
     @property
     def words(self) -> dict[str, int]:
-        """Frames by word."""
+        """Return frames by word."""
         with self._lock:
             return {word.value: self._words[word] for word in Word}
 

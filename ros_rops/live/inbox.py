@@ -152,12 +152,12 @@ class Inbox:
 
     @property
     def frames(self) -> int:
-        """Frames that wait."""
+        """Return how many frames wait."""
         return len(self._frames)
 
     @property
     def items(self) -> int:
-        """All that waits."""
+        """Return how many things wait."""
         return len(self._items)
 
     def _has_room(self, size: int) -> bool:

@@ -12,10 +12,12 @@ from ros_rops.core.config import Config
 from ros_rops.core.errors import InputError
 from ros_rops.core.frame import Frame
 from ros_rops.core.node_config import NodeConfig
-from ros_rops.intake.admission import Admission, Admitted, Lookup
+from ros_rops.intake.admission import Admission, Admitted
 from ros_rops.intake.journal import JOURNAL_NAME
 from ros_rops.intake.ledger import told
+from ros_rops.intake.past import Entry
 from ros_rops.intake.reports import FrameReport, without_figures, Word
+from ros_rops.intake.sensor_poses import Lookup
 from ros_rops.live.board import Board
 from ros_rops.live.inbox import Inbox, Item, Kind
 from ros_rops.live.inputs import frames_of, header_of
@@ -106,32 +108,43 @@ class Sorter:
     def _recall(self) -> None:
         """Hand on what the journal holds, then open it behind that."""
         past = self._run.past
+        if past is None:
+            self._admission.journal = self._run.journal()
+            return
+        damage = ''
+        try:
+            for entry in past:
+                self._recall_entry(entry)
+            damage = past.damage
+        except Exception as error:  # what was read so far stands
+            damage = told(error)
         note = ''
-        if past is not None:
-            try:
-                for entry in past:
-                    if entry.report is not None:
-                        self._admission.recall(entry.report, entry.views)
-                        self._board.admitted += len(entry.views)
-                    self._board.admitted -= entry.command == 'remove_last_view'
-                    self._tasks.put(Recall(entry))
-            except InputError as error:
-                note = str(error)
-            if past.torn:
-                note = (f'{JOURNAL_NAME}: the last {past.torn} bytes are left out: '
-                        f'{past.damage or "the entry was not finished"}')
-            if past.damage:
-                self._set_aside()
-            self._tasks.put(Recall(note=note))
-        self._admission.journal = self._run.journal()
+        if damage or past.torn:
+            note = (f'{JOURNAL_NAME}: the last {past.torn} bytes are left out: '
+                    f'{damage or "the entry was not finished"}')
+        self._tasks.put(Recall(note=note))
+        if not damage or self._set_aside():
+            self._admission.journal = self._run.journal()
 
-    def _set_aside(self) -> None:
+    def _recall_entry(self, entry: Entry) -> None:
+        if entry.report is not None:
+            self._admission.recall(entry.report, entry.views)
+        taken_back = entry.command == 'remove_last_view'
+        self._board.admit(len(entry.views) - taken_back)
+        self._tasks.put(Recall(entry))
+
+    def _set_aside(self) -> bool:
         """Keep a damaged journal whole: what follows the damage may be of use to somebody."""
         path = self._run.folder / JOURNAL_NAME
         try:
             shutil.copyfile(path, path.with_suffix('.damaged.mcap'))
         except OSError as error:
-            self._board.fail(f'{path}: its copy cannot be written ({error.strerror or error})')
+            # To go on with it would cut that off.
+            journal = self._admission.journal
+            journal.broken = f'it is damaged, and cannot be copied ({error.strerror or error})'
+            self._board.fail(f'{path}: {journal.broken}')
+            return False
+        return True
 
     def _patience(self) -> float | None:
         due = self._frames.due_ns
@@ -176,20 +189,25 @@ class Sorter:
         if isinstance(outcome, BadView):
             self._hand_on(self._admission.refuse(outcome.name, outcome.reason), arrival)
             return
-        asked = bool(self._captures) and arrival.number > self._captures[0]
-        if asked:
-            self._captures.popleft()
         try:
-            admitted = self._admission.admit(outcome, asked=asked)
+            admitted = self._admission.admit(outcome, asked=self._is_asked(arrival))
         except Exception as error:  # whatever it is, the frames that follow are worth their word
             self._board.fail(f'{outcome.name}: {told(error)}')
             admitted = self._admission.refuse(
                 outcome.name, f'it could not be segmented: {told(error)}')
         self._hand_on(admitted, arrival)
 
+    def _is_asked(self, arrival: Arrival) -> bool:
+        """Tell whether a frame is one that was asked for, once."""
+        if self._captures and arrival.number > self._captures[0]:
+            self._captures.popleft()
+            return True
+        return False
+
     def _refuse(self, kind: Kind, raw: RawMessage, arrival: Arrival) -> None:
         name = f'{raw.channel.topic}@{arrival.stamp_ns}'
-        if kind is Kind.FULL:
+        every = self._config.selection.method == 'every'
+        if kind is Kind.FULL and (self._is_asked(arrival) or every):
             self._hand_on(self._admission.refuse(name, WHY[kind]), arrival)
         else:
             self._hand_on(Admitted(FrameReport(name, Word.SKIPPED, WHY[kind])), arrival)
@@ -201,7 +219,7 @@ class Sorter:
             self._skipped[without_figures(admitted.report.reason)] += 1
             self._voice.handled(admitted.report, arrival)
             return
-        self._board.admitted += len(admitted.views)
+        self._board.admit(len(admitted.views))
         self._journal_skipped()
         self._tasks.put(Place(admitted, arrival))
         if word is not Word.TAKEN:

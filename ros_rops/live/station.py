@@ -9,9 +9,10 @@ import time
 
 from ros_rops.core.config import Config
 from ros_rops.core.errors import InputError, ParameterError
+from ros_rops.core.frame import Frame
 from ros_rops.core.node_config import NodeConfig
-from ros_rops.intake.admission import Lookup
 from ros_rops.intake.run_file import Stamp
+from ros_rops.intake.sensor_poses import Lookup
 from ros_rops.live.board import Board
 from ros_rops.live.inbox import Inbox
 from ros_rops.live.inputs import background_of
@@ -81,20 +82,12 @@ class Station:
         run = self._open()
         try:
             warm_up(self._config, self._node.node.threads)
+            self._make_threads(run, background)
         except BaseException:
             run.release()
             raise
         self._board.folder = str(run.folder)
         self._board.resuming = run.past is not None
-        self._sorter = Sorter(
-            self._inbox, self._tasks, run, self._config, self._node, background, self._lookup,
-            self._voice, self._board, self._begin)
-        worker = Worker(
-            self._tasks, run, self._config, self._node, self._voice, self._board,
-            lambda: self._journal)
-        self._threads = [
-            threading.Thread(target=target, name=name, daemon=True)
-            for target, name in ((self._sorter.run, 'sorter'), (worker.run, 'worker'))]
         for thread in self._threads:
             thread.start()
 
@@ -142,7 +135,7 @@ class Station:
         if not self._may_hold_views():
             return Answer(False, 'there is no view to take back')
         self._inbox.put_command(Command('remove_last_view'))
-        self._board.admitted -= 1
+        self._board.admit(-1)
         return Answer(True, f'taking the last view back{self._after()}')
 
     def pause(self, on: bool) -> Answer:
@@ -195,9 +188,23 @@ class Station:
             return True
         sorter, worker = self._threads
         sorter.join(max(0.0, deadline - time.monotonic()))
+        if self._journal != 'whole' and self._tasks.views:
+            self._board.fail(f'{self._tasks.views} views that waited are lost: without a whole '
+                             f'journal nothing has them')
         self._tasks.stop()
         worker.join(max(0.0, deadline - time.monotonic()))
         return not (sorter.is_alive() or worker.is_alive())
+
+    def _make_threads(self, run: LiveRun, background: Frame | None) -> None:
+        self._sorter = Sorter(
+            self._inbox, self._tasks, run, self._config, self._node, background, self._lookup,
+            self._voice, self._board, self._begin)
+        worker = Worker(
+            self._tasks, run, self._config, self._node, self._voice, self._board,
+            lambda: self._journal)
+        self._threads = [
+            threading.Thread(target=target, name=name, daemon=True)
+            for target, name in ((self._sorter.run, 'sorter'), (worker.run, 'worker'))]
 
     def _take(self, raw: RawMessage) -> None:
         if raw.channel.topic not in self._plan.frames:

@@ -74,7 +74,7 @@ class Configure:
 
 @dataclass(frozen=True, slots=True)
 class Begin:
-    """End the run, and begin the next one; None where its folder cannot be made."""
+    """End the run, and begin the next one."""
 
     run: LiveRun
 
@@ -133,13 +133,18 @@ class Tasks:
             self._stopped = True
             self._changed.notify_all()
 
+    def rest(self) -> tuple[Task, ...]:
+        """Return what was not read."""
+        with self._changed:
+            return tuple(self._tasks)
+
     def __len__(self) -> int:
         """Return how many wait."""
         return len(self._tasks)
 
     @property
     def views(self) -> int:
-        """Views that wait."""
+        """Return how many views wait."""
         return self._views
 
 
