@@ -106,8 +106,9 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
-        (f'share/{PACKAGE}/config', ['config/default.yaml', 'config/paper.yaml']),
-        (f'share/{PACKAGE}/bags', sorted(f'bags/{p.name}' for p in (ROOT / 'bags').iterdir())),
+        *((f'share/{PACKAGE}/{folder}', sorted(
+            f'{folder}/{path.name}' for path in (ROOT / folder).iterdir() if path.is_file()))
+          for folder in ('bags', 'config', 'foxglove', 'launch', 'rviz')),
     ],
     install_requires=[
         'matplotlib>=3.8,<4',
