@@ -35,7 +35,7 @@ KEYS = {
 # Import name -> name on the package index, where they differ.
 INDEX_NAMES = {'mcap_ros2': 'mcap-ros2-support', 'yaml': 'pyyaml'}
 OPTIONAL = {'open3d'}
-OURS = ('ros_rops', 'msg_adapters', 'meta', 'oracle', 'property', 'reference', 'unit')
+OURS = ('ros_rops', 'msg_adapters', 'meta', 'oracle', 'property', 'reference', 'ros', 'unit')
 # Brought by every ament_python build.
 IMPLIED = {'python3-setuptools'}
 # Loaded by name, not by an import statement.

@@ -20,6 +20,9 @@ from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from ros_rops.recordings.messages import RawMessage
+from ros_rops.recordings.storage import open_storage
+from ros_rops.recordings.topics import CLOUD
 from std_srvs.srv import SetBool, Trigger
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -121,6 +124,7 @@ class NodeProcess:
             self._process.kill()
             code = self._process.wait()
         self._reader.join()
+        self._process.stdout.close()
         return code
 
     def __enter__(self) -> 'NodeProcess':
@@ -225,9 +229,17 @@ def station(
 ) -> Iterator[tuple[NodeProcess, Client]]:
     """Run the registration node until it is in a state, and a client beside it."""
     given = {'output.folder': folder, **(parameters or {})}
+    arguments = [*ros_arguments(given, remap), *words]
     with NodeProcess(
-            'registration_node', [*ros_arguments(given, remap), *words],
-            expected=expected) as process:
-        with Client() as client:
-            client.wait_state(state, node)
-            yield process, client
+            'registration_node', arguments, expected=expected) as process, Client() as client:
+        client.wait_state(state, node)
+        yield process, client
+
+
+def demo_clouds(count: int | None = None) -> list[bytes]:
+    """Return the messages of bags/demo.mcap, 20 views of two objects, as on the wire."""
+    with open_storage(ROOT / 'bags' / 'demo.mcap') as storage:
+        topics = frozenset(c.topic for c in storage.channels() if c.kind == CLOUD)
+        found = [
+            bytes(item.data) for item in storage.messages(topics) if isinstance(item, RawMessage)]
+    return found[:count]
