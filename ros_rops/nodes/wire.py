@@ -1,0 +1,68 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""Publishers of one owner: sending from any thread, also while the node goes down."""
+
+import threading
+from typing import Any
+
+from rclpy.event_handler import PublisherEventCallbacks
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy, QoSProfile
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+"""Reliable; who comes late gets the last message."""
+NO_EVENTS = PublisherEventCallbacks(use_default_callbacks=False)
+"""What is offered as reliable and transient local fits every subscriber: nothing to be told."""
+
+
+class Wire:
+    """
+    Make publishers of a node, send on them, and take them away.
+
+    Parameters
+    ----------
+    node : Node
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        # Held while sending, so that no publisher is taken away under it.
+        self._lock = threading.Lock()
+        self._publishers: list[Publisher] = []
+        self._closed = False
+
+    def publisher(self, kind: type, topic: str, qos: QoSProfile | int = LATCHED) -> Publisher:
+        """Make a publisher; `topic` is relative to the node's namespace, or begins with '/'."""
+        latched = isinstance(qos, QoSProfile) and (
+            qos.durability is DurabilityPolicy.TRANSIENT_LOCAL)
+        found = self._node.create_publisher(
+            kind, topic, qos, event_callbacks=NO_EVENTS if latched else None)
+        with self._lock:
+            self._publishers.append(found)
+        return found
+
+    def send(self, publisher: Publisher, message: Any) -> None:
+        """Send a message; nothing when closed, or when ROS was shut down meanwhile."""
+        with self._lock:
+            if self._closed or publisher not in self._publishers:
+                return
+            try:
+                publisher.publish(message)
+            except Exception:
+                if self._node.context.ok():
+                    raise
+
+    def remove(self, publisher: Publisher) -> None:
+        """Take a publisher away, and what it latched with it."""
+        with self._lock:
+            if publisher in self._publishers:
+                self._publishers.remove(publisher)
+                self._node.destroy_publisher(publisher)
+
+    def close(self) -> None:
+        """Take all publishers away; what is sent later goes nowhere."""
+        with self._lock:
+            self._closed = True
+            while self._publishers:
+                self._node.destroy_publisher(self._publishers.pop())
