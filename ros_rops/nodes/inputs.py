@@ -1,6 +1,6 @@
 # Copyright 2026 The ros_rops authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the node listens to: messages as they stand on the wire, handed on without a look at them."""
+"""What the node listens to: messages as they stand on the wire, handed on unread."""
 
 from collections.abc import Callable
 from functools import partial
@@ -117,13 +117,13 @@ class _Input:
 
     def _incompatible(self, event: QoSRequestedIncompatibleQoSInfo) -> None:
         policy = event.last_policy_kind
-        log = self._node.get_logger()
+        say = self._node.get_logger()
         if self._closed:
             return
         if policy != QoSPolicyKind.RELIABILITY or self._config.reliability != 'auto':
-            log.error(f'{self.topic}: a publisher is not heard, since it {self._remedy(policy)}')
+            say.error(f'{self.topic}: a publisher is not heard, since it {self._remedy(policy)}')
         elif not self._best_effort:
-            log.warning(f'{self.topic}: a publisher offers best effort only, which is taken now. '
+            say.warning(f'{self.topic}: a publisher offers best effort only, which is taken now. '
                         f'{ADVICE}')
             self._best_effort = True
             old, self._subscription = self._subscription, self._subscribe()

@@ -1,6 +1,6 @@
 # Copyright 2026 The ros_rops authors
 # SPDX-License-Identifier: Apache-2.0
-"""The node's services: they are there in every state, hand on what is asked, and answer at once."""
+"""The node's services: there in every state; they hand on what is asked and answer at once."""
 
 from collections.abc import Callable
 from functools import partial

@@ -3,8 +3,16 @@
 """ROS in tests: this machine only, a domain of the run's own, message fields checked."""
 
 import os
+from pathlib import Path
+import shutil
 
 # Before rclpy is imported. Linux keeps the ports of domains 0 to 101 free of ephemeral ones.
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 os.environ['ROS_DOMAIN_ID'] = str(1 + os.getpid() % 101)
 os.environ['ROS_PYTHON_CHECK_FIELDS'] = '1'
+SHARED_MEMORY = Path('/dev/shm')
+if SHARED_MEMORY.is_dir() and shutil.disk_usage(SHARED_MEMORY).free > 2**30:
+    # Processes find each other in 0.2 s instead of 3.
+    os.environ.setdefault(
+        'FASTRTPS_DEFAULT_PROFILES_FILE',
+        str(Path(__file__).resolve().parents[2] / 'config' / 'fastdds.xml'))

@@ -11,7 +11,7 @@ import time
 
 import pytest
 
-pytest.importorskip('rclpy', reason='no rclpy on this platform')
+rclpy = pytest.importorskip('rclpy', reason='no rclpy on this platform')
 from lifecycle_msgs.msg import TransitionEvent  # noqa: E402, I100
 from lifecycle_msgs.srv import GetAvailableTransitions  # noqa: E402
 from ros.harness import Client, NODE, RELIABLE, station  # noqa: E402
