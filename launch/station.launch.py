@@ -29,10 +29,11 @@ ARGUMENTS = (
     ('depth_image', '', (), "The sensor's depth image topic; sets input.kind to depth."),
     ('camera_info', '', (), "The depth image's CameraInfo topic; beside depth_image if empty."),
     ('color_image', '', (), 'The colour image topic, aligned to the depth image.'),
+    ('color', '', SWITCH_OR_EMPTY, 'Whether the node listens to it (parameter input.color).'),
     ('use_sim_time', 'false', SWITCH, 'Whether time is that of /clock.'),
     ('log_level', 'info', ('debug', 'info', 'warn', 'error', 'fatal'), 'What the node logs.'),
     ('rviz', 'false', SWITCH, 'Whether RViz is started too.'),
-    ('fixed_frame', '', (), "RViz's fixed frame; object_1 of the namespace if empty."),
+    ('fixed_frame', '', (), "RViz's fixed frame; object_0 of the namespace if empty."),
 )
 SHOWN = ('assembled', 'markers')
 
@@ -76,6 +77,8 @@ def _over_files(given: dict[str, str]) -> dict[str, bool | str]:
     values: dict[str, bool | str] = {'use_sim_time': given['use_sim_time'] == 'true'}
     values |= {
         name: given[name] == 'true' for name in ('autostart', 'resume') if given[name]}
+    if given['color']:
+        values['input.color'] = given['color'] == 'true'
     if given['output_folder']:
         values['output.folder'] = given['output_folder']
     if given['views'] and given['depth_image']:
@@ -107,7 +110,7 @@ def _rviz(given: dict[str, str]) -> Node:
     return Node(
         package='rviz2', executable='rviz2', name='rviz2', namespace=given['namespace'],
         arguments=['--display-config', str(SHARE / 'rviz' / 'station.rviz'),
-                   '--fixed-frame', given['fixed_frame'] or f'{before}object_1'],
+                   '--fixed-frame', given['fixed_frame'] or f'{before}object_0'],
         # The file has the topics of a station without a namespace.
         remappings=[(f'/{topic}', f'/{before}{topic}') for topic in SHOWN if before],
         parameters=[{'use_sim_time': given['use_sim_time'] == 'true'}])
