@@ -98,6 +98,8 @@ def fill(
         marker = make_marker()
         marker.header, marker.ns, marker.id = header, mark.namespace, int(mark.number)
         marker.action, marker.pose.orientation.w, marker.color.a = ADD, 1.0, 1.0
+        # Shown by the newest transform always: that may come after the marker.
+        marker.frame_locked = True
         if isinstance(mark, Lines):
             _fill_lines(marker, mark, make_point, make_color)
         else:

@@ -1,12 +1,13 @@
 # Copyright 2026 The ros_rops authors
 # SPDX-License-Identifier: Apache-2.0
 """
-Where objects stand before the sensor, in metres.
+Where objects stand, in metres.
 
 Registration tells where the views of an object stand to each other, not where objects stand to
 each other. What tells that is the sensor: in the frame of a view, every object that was seen in it
-stands at inv(T_object_view). So each object has the place at which it was seen last, which is
-where it still is if neither it nor the sensor has moved since.
+stands at inv(T_object_view). So each object has the place at which it was seen last. In the frame
+of a sensor that place holds as long as the sensor and the object stand still; where the sensor's
+poses in a fixed frame are known (prior.fixed_frame) it is told in that, and the sensor may move.
 """
 
 from collections.abc import Mapping
@@ -73,79 +74,54 @@ class FrameNames:
 
 
 def last_places(update: Update, names: FrameNames) -> list[Place]:
-    """
-    Return where each object stands, as its newest view tells it.
-
-    In the fixed frame, where there is one and the sensor's pose in it is known: the sensor may
-    move on while the object stays. Else in the frame of the sensor that took the view.
-    """
+    """Return where each object stands as its newest view tells it, in that view's frame."""
     found = []
     for model in update.objects:
-        name, T_view_object = _newest(model, update)
-        view, T_fixed_view = update.views[name], _in_fixed(update, name)
-        if names.fixed and T_fixed_view is not None:
-            place = Place(model.id, name, names.fixed, T_fixed_view @ T_view_object)
-        else:
-            place = Place(model.id, name, names.of_sensor(view), T_view_object)
-        found.append(place)
+        name = model.views[-1].name
+        place = _place(model, update, names, shown_frame(update.views[name], names))
+        found += [place] if place else []
     return found
 
 
-def places_before(update: Update, names: FrameNames, frame_id: str) -> list[Place]:
+def places_in(update: Update, names: FrameNames, frame_id: str) -> list[Place]:
     """
-    Return where each object stands before the sensor `frame_id` as it stood at its newest view.
+    Return where each object stands in one frame.
 
-    As the object's newest view from there tells it; where both views have a pose in the fixed
-    frame, by these and by the object's newest view of any sensor. An object that neither tells
-    of is left out: nothing says where it stands.
+    Each as its newest view tells it that tells it in this frame; an object without such a view
+    is left out, since nothing says where it stands.
     """
-    fixed_sensor = next((
-        _in_fixed(update, report.name) for report in reversed(update.reports)
-        if names.of_sensor(update.views[report.name]) == frame_id), None)
-    found = []
-    for model in update.objects:
-        place = _carried(model, update, frame_id, fixed_sensor) or _seen(
-            model, update, names, frame_id)
-        if place is not None:
-            found.append(place)
-    return found
+    found = (_place(model, update, names, frame_id) for model in update.objects)
+    return [place for place in found if place is not None]
 
 
-def _carried(
-    model: ObjectModel, update: Update, frame_id: str, T_fixed_sensor: Floats | None
-) -> Place | None:
-    name, T_view_object = _newest(model, update)
-    T_fixed_view = _in_fixed(update, name)
-    if T_fixed_sensor is None or T_fixed_view is None:
-        return None
-    return Place(model.id, name, frame_id, inverse(T_fixed_sensor) @ T_fixed_view @ T_view_object)
-
-
-def _seen(
+def _place(
     model: ObjectModel, update: Update, names: FrameNames, frame_id: str
 ) -> Place | None:
     for placed in reversed(model.views):
-        if names.of_sensor(update.views[placed.name]) == frame_id:
-            T = in_metres(placed.T_object_view, update.units)
-            return Place(model.id, placed.name, frame_id, inverse(T))
+        T_frame_view = pose_in(frame_id, update.views[placed.name], names)
+        if T_frame_view is not None:
+            T_view_object = inverse(in_metres(placed.T_object_view, update.units))
+            return Place(model.id, placed.name, frame_id, T_frame_view @ T_view_object)
     return None
 
 
-def _newest(model: ObjectModel, update: Update) -> tuple[str, Floats]:
-    """Return the name of an object's newest view, and T_view_object in metres."""
-    placed = model.views[-1]
-    return placed.name, inverse(in_metres(placed.T_object_view, update.units))
+def pose_in(frame_id: str, view: RangeView, names: FrameNames) -> Floats | None:
+    """Return where a view stands in a frame, (4, 4) in metres; None if nothing tells."""
+    if frame_id == names.fixed and view.T_fixed_sensor is not None:
+        return in_metres(view.T_fixed_sensor, view.units)
+    return np.eye(4) if frame_id == names.of_sensor(view) else None
 
 
-def _in_fixed(update: Update, name: str) -> Floats | None:
-    T = update.views[name].T_fixed_sensor
-    return None if T is None else in_metres(T, update.units)
+def shown_frame(view: RangeView, names: FrameNames) -> str:
+    """Return the frame in which what a view saw is shown: the fixed one, or the sensor's."""
+    return names.fixed if names.fixed and view.T_fixed_sensor is not None else (
+        names.of_sensor(view))
 
 
 def newest_frame(update: Update, names: FrameNames) -> str:
-    """Return the frame of the sensor that took the newest view; '' without views."""
+    """Return the frame in which the newest view is shown; '' without views."""
     view = update.views.get(update.newest)
-    return '' if view is None else names.of_sensor(view)
+    return '' if view is None else shown_frame(view, names)
 
 
 def poses(update: Update) -> Mapping[int, Mapping[str, Floats]]:

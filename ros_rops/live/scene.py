@@ -12,9 +12,8 @@ from msg_adapters.markers import Color, Label, Lines
 import numpy as np
 
 from ros_rops.core.types import Floats, RangeView, Status
-from ros_rops.live.places import FrameNames, in_metres, metres, Place
+from ros_rops.live.places import FrameNames, in_metres, metres, Place, pose_in
 from ros_rops.live.words import Update
-from ros_rops.pipeline.reports import ViewReport
 
 AXES: tuple[Color, ...] = ((0.9, 0.1, 0.1), (0.1, 0.75, 0.1), (0.2, 0.35, 1.0))
 # Tableau's ten, for objects.
@@ -46,10 +45,11 @@ def scene(
     ----------
     update : Update
     places : sequence of Place
-        Objects in the frame `frame_id` (`live.places.places_before`).
+        Objects in the frame `frame_id` (`live.places.places_in`).
     names : FrameNames
     frame_id : str
-        Views that are not placed are shown where this sensor saw them.
+        Views that are not placed are shown where their sensor saw them, if that is known in this
+        frame.
     """
     size = _size(update)
     by_id = {place.object_id: place for place in places}
@@ -62,10 +62,7 @@ def scene(
         for placed in model.views:
             T = T_frame_object @ in_metres(placed.T_object_view, update.units)
             marks += _placed(update, placed.name, T, size, names, color)
-    waiting = [
-        report for report in update.reports if report.status is not Status.PLACED
-        and names.of_sensor(update.views[report.name]) == frame_id]
-    return [*marks, *_waiting(update, waiting[-MOST_WAITING:], size, names)]
+    return [*marks, *_waiting(update, size, names, frame_id)]
 
 
 def _object(
@@ -95,25 +92,32 @@ def _placed(
 
 
 def _waiting(
-    update: Update, reports: Sequence[ViewReport], size: float, names: FrameNames
+    update: Update, size: float, names: FrameNames, frame_id: str
 ) -> Iterator[Lines | Label]:
     """Show views without a pose: the box that they fill before their sensor, and why."""
-    scale = metres(update.units)
-    for row, report in enumerate(reversed(reports)):
+    scale, row = metres(update.units), 0
+    for report in reversed(update.reports):
         number, view = update.numbers[report.name], update.views[report.name]
-        if not len(view.points):
+        T = pose_in(frame_id, view, names)
+        if report.status is Status.PLACED or T is None or not len(view.points):
             continue
-        low, high = _some(view).min(axis=0) * scale, _some(view).max(axis=0) * scale
-        color = WAITING[report.status]
-        yield Lines('waiting', number, *_box(low, high, color), LINE * size)
-        reason = report.reason if len(report.reason) <= LONGEST_REASON else (
-            report.reason[:LONGEST_REASON - 3] + '...')
+        points, color = _some(view) * scale, WAITING[report.status]
+        low, high = points.min(axis=0), points.max(axis=0)
+        yield Lines('waiting', number, *_box(T, low, high, color), LINE * size)
         # One line below the other: such views stand in one place, mostly.
         at = (low + high) / 2
         at[1] = high[1] + (1.0 + 1.2 * row) * LETTER * size
         yield Label(
-            'waiting_labels', number, at,
-            f'{names.of_view(number)}: {report.status.value}: {reason}', LETTER * size, color)
+            'waiting_labels', number, T[:3, :3] @ at + T[:3, 3],
+            f'{names.of_view(number)}: {report.status.value}: {_short(report.reason)}',
+            LETTER * size, color)
+        row += 1
+        if row == MOST_WAITING:
+            return
+
+
+def _short(reason: str) -> str:
+    return reason if len(reason) <= LONGEST_REASON else f'{reason[:LONGEST_REASON - 3]}...'
 
 
 def _size(update: Update) -> float:
@@ -163,8 +167,8 @@ def _pyramid(T: Floats, view: RangeView, length: float) -> Floats:
     return moved
 
 
-def _box(low: Floats, high: Floats, color: Color) -> tuple[Floats, Floats]:
+def _box(T: Floats, low: Floats, high: Floats, color: Color) -> tuple[Floats, Floats]:
     """Return the ends (24, 3) of the edges of a box, and their colours."""
     corners = np.array([[(high if a >> k & 1 else low)[k] for k in range(3)] for a in range(8)])
-    ends = corners[np.array(_EDGES).reshape(-1)]
+    ends = (corners @ T[:3, :3].T + T[:3, 3])[np.array(_EDGES).reshape(-1)]
     return ends, np.tile(color, (len(ends), 1))

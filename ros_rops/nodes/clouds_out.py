@@ -6,7 +6,6 @@ import array
 from collections.abc import Sequence
 import sys
 
-from builtin_interfaces.msg import Time
 from rclpy.publisher import Publisher
 from ros_rops.core.groups_node import PublishConfig
 from ros_rops.live.assembly import Assembly, Cloud, IDS, Piece
@@ -66,7 +65,6 @@ class CloudsOut:
         key = self._assembly.key(pieces)
         if key != self._last_key or not pieces:
             self._last, self._last_key = message_of(self._assembly.cloud(pieces)), key
-        # The same points may be news: as they stand at the newest view's time.
         self._last.header = header
         self._wire.send(self._all, self._last)
 
@@ -82,9 +80,7 @@ class CloudsOut:
 
     def _send_one(self, object_id: int, cloud: Cloud) -> None:
         message = message_of(cloud)
-        # A model is of no time: at stamp 0, TF takes the newest transform, now and for who comes
-        # late.
-        message.header = Header(stamp=Time(), frame_id=self._names.of_object(object_id))
+        message.header = Header(frame_id=self._names.of_object(object_id))
         self._wire.send(self._objects[object_id], message)
 
     def _forget(self, gone: set[int]) -> None:

@@ -6,15 +6,17 @@ What the node publishes.
 | topic | what |
 |---|---|
 | `assembled` | PointCloud2, latched: all objects, each where it was seen last, in the frame of |
-| | the sensor that took the newest view, stamped with that view's time |
-| `objects/object_<k>/assembled` | the same of one object, latched, in the frame object_<k>; |
-| | a model is of no time: stamp 0 |
+| | the sensor that took the newest view (or prior.fixed_frame) |
+| `objects/object_<k>/assembled` | the same of one object, latched, in the frame object_<k> |
 | `transforms` | TFMessage, latched: object_<k> to view_<n>, for each placed view |
 | `/tf` | TFMessage: the sensor's frame (or prior.fixed_frame) to object_<k>, again and again |
 | `markers` | MarkerArray, latched: the whole scene each time, in the frame of `assembled` |
 | `view_reports` | DiagnosticStatus: the word on a view when it changes, and on bad frames |
 | `handled` | Header: of each message that has its word |
 | `/diagnostics` | DiagnosticArray: input, queue, registration, journal |
+
+Clouds and markers have stamp 0, for which TF takes the newest transform: what they show holds
+until the next ones, and who comes late finds the transforms of their times no more.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,11 +28,11 @@ from rclpy.node import Node
 from ros_rops.core.groups_node import PublishConfig
 from ros_rops.core.node_config import NodeConfig
 from ros_rops.live.health import Inlet
-from ros_rops.live.places import FrameNames, last_places, newest_frame, Place, places_before
+from ros_rops.live.places import FrameNames, last_places, newest_frame, Place, places_in
 from ros_rops.live.scene import scene
 from ros_rops.live.words import Handled, StationState, Update
 from ros_rops.nodes.clouds_out import CloudsOut
-from ros_rops.nodes.reports_out import ReportsOut, SECOND
+from ros_rops.nodes.reports_out import ReportsOut
 from ros_rops.nodes.transforms_out import TransformsOut
 from ros_rops.nodes.wire import Wire
 from std_msgs.msg import ColorRGBA, Header
@@ -73,10 +75,10 @@ class Outputs:
             self._frame_id = newest_frame(update, self._names) or self._frame_id
             if not self._frame_id:
                 return  # nothing was ever shown, nothing is to be shown
-            header, stamp_ns = self._header(update)
+            header = Header(frame_id=self._frame_id)
             self._reports.publish(update)
-            places = places_before(update, self._names, self._frame_id)
-            self._transforms.publish(update, last_places(update, self._names), stamp_ns)
+            places = places_in(update, self._names, self._frame_id)
+            self._transforms.publish(update, last_places(update, self._names))
             self._clouds.publish(update, places, header)
             self._publish_markers(update, places, header)
             self._say_left_out(update, places)
@@ -86,8 +88,8 @@ class Outputs:
         self._reports.handled(handled)
 
     def diagnostics(
-        self, state: StationState, lifecycle: str, inlets: Sequence[Inlet] = (),
-        values: Mapping[str, str | float] | None = None,
+        self, state: StationState, lifecycle: str,
+        extra: Mapping[str, str | float] | None = None, inlets: Sequence[Inlet] = (),
     ) -> None:
         """
         Publish how the node stands; to be called every second.
@@ -97,12 +99,12 @@ class Outputs:
         state : StationState
         lifecycle : str
             'unconfigured', 'inactive', 'active' or 'finalized'.
+        extra : mapping of str to str, int or float, optional
+            More that is to be said of the input.
         inlets : sequence of Inlet
             The topics that the node listens to, and what is wrong with them.
-        values : mapping of str to str, int or float, optional
-            More that is to be said of the input.
         """
-        self._reports.diagnostics(state, lifecycle, inlets, values or {})
+        self._reports.diagnostics(state, lifecycle, inlets, extra or {})
 
     def rebroadcast(self) -> None:
         """Say on /tf again where objects are; to be called publish.tf_rate_hz times a second."""
@@ -112,15 +114,6 @@ class Outputs:
         """Take all publishers away; what comes later is not published."""
         with self._lock:
             self._wire.close()
-
-    def _header(self, update: Update) -> tuple[Header, int]:
-        view = update.views.get(update.newest)
-        stamp_ns = None if view is None else view.stamp_ns
-        if stamp_ns is None:
-            stamp_ns = self._node.get_clock().now().nanoseconds
-        header = Header(frame_id=self._frame_id)
-        header.stamp.sec, header.stamp.nanosec = divmod(int(stamp_ns), SECOND)
-        return header, int(stamp_ns)
 
     def _publish_markers(self, update: Update, places: Sequence[Place], header: Header) -> None:
         if self._markers is not None:
@@ -133,8 +126,8 @@ class Outputs:
         missing = {model.id for model in update.objects} - {place.object_id for place in places}
         for object_id in sorted(missing - self._left_out):
             self._node.get_logger().warning(
-                f'object {object_id} is not in `assembled`: the sensor {self._frame_id} never saw '
-                'it, and nothing says where the one that saw it stands (prior.fixed_frame would)')
+                f'object {object_id} is left out of `assembled`: nothing says where it stands in '
+                f'{self._frame_id}, since another sensor saw it (see prior.fixed_frame)')
         self._left_out |= missing
 
 

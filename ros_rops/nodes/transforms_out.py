@@ -44,7 +44,7 @@ class TransformsOut:
             if broadcast:
                 self._tf = wire.publisher(self._kind, '/tf', TF_DEPTH)
 
-    def publish(self, update: Update, places: Sequence[Place], stamp_ns: int) -> None:
+    def publish(self, update: Update, places: Sequence[Place]) -> None:
         """
         Publish where views stand to their objects, and broadcast where objects stand from now on.
 
@@ -53,13 +53,13 @@ class TransformsOut:
         update : Update
         places : sequence of Place
             As `live.places.last_places` has them.
-        stamp_ns : int
-            Of `transforms`.
         """
-        with self._lock:
-            self._places = tuple(place for place in places if self._may_stand(place))
         if self._kind is None:
             return
+        with self._lock:
+            self._places = tuple(place for place in places if self._may_stand(place))
+        newest = update.views.get(update.newest)
+        stamp_ns = (newest.stamp_ns if newest else None) or 0
         self._wire.send(self._all, self._message([
             StampedTransform(
                 self._names.of_object(object_id), self._names.of_view(update.numbers[name]),
