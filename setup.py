@@ -123,6 +123,7 @@ setup(
     extras_require={'bench': BENCH, 'test': TEST},
     entry_points={'console_scripts': [
         'registration_node = ros_rops.nodes.registration_node:main',
+        'replay_node = ros_rops.nodes.replay_node:main',
         'rops = ros_rops.cli.main:main',
     ]},
     zip_safe=False,
