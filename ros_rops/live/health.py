@@ -29,15 +29,21 @@ class Inlet:
     topic : str
         As it is on the wire, after remapping.
     publishers : int
-        Those matched now.
+        Those that are there now.
+    how : str
+        How it is listened to: its reliability, what DDS lost.
     fault : str
         A sentence on what is wrong with it and what to change, such as a QoS that does not match;
         '' if nothing is.
+    needed : bool
+        Whether nothing can be done without it.
     """
 
     topic: str
     publishers: int
+    how: str = ''
     fault: str = ''
+    needed: bool = True
 
 
 def view_health(report: ViewReport, frame_id: str, number: int) -> Health:
@@ -107,7 +113,7 @@ def station_health(
 
 def _input(state: StationState, lifecycle: str, inlets: tuple[Inlet, ...]) -> Health:
     faults = [inlet.fault for inlet in inlets if inlet.fault]
-    silent = [inlet.topic for inlet in inlets if not inlet.publishers]
+    silent = [inlet.topic for inlet in inlets if inlet.needed and not inlet.publishers]
     level, text = Level.OK, f'listening, {_count(state.received, "frame")} so far'
     if faults:
         level, text = Level.ERROR, '; '.join(faults)
@@ -123,7 +129,8 @@ def _input(state: StationState, lifecycle: str, inlets: tuple[Inlet, ...]) -> He
     return Health('input', level, _sentence(text), {
         'lifecycle': lifecycle, 'paused': str(state.paused).lower(), 'received': state.received,
         **{f'frames_{word}': count for word, count in state.words.items()},
-        **{f'publishers of {inlet.topic}': inlet.publishers for inlet in inlets}})
+        **{inlet.topic: f'{_count(inlet.publishers, "publisher")}, {inlet.how}'
+           for inlet in inlets}})
 
 
 def _queue(state: StationState, lately: Lately) -> Health:

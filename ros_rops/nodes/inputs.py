@@ -13,6 +13,7 @@ from rclpy.node import Node
 from rclpy.qos import (
     DurabilityPolicy, qos_policy_name_from_kind, QoSPolicyKind, QoSProfile, ReliabilityPolicy)
 from ros_rops.core.groups_node import InputConfig
+from ros_rops.live.health import Inlet
 from ros_rops.recordings.live_frames import COLOR_TOPIC, DEPTH_TOPIC, INFO_TOPIC, VIEWS_TOPIC
 from ros_rops.recordings.messages import Channel, RawMessage
 from ros_rops.recordings.view_facts import FACTS_TOPIC
@@ -21,6 +22,8 @@ from std_msgs.msg import String
 
 Offer = Callable[[RawMessage], None]
 FACTS_DEPTH = 100
+OPTIONAL = (COLOR_TOPIC, FACTS_TOPIC)
+"""Nobody needs to publish these."""
 ADVICE = (
     'DDS loses most large clouds sent best effort: let the driver publish reliable, or give Fast '
     'DDS a larger shared-memory segment')
@@ -52,9 +55,9 @@ class Inputs:
         for item in self._inputs:
             item.close()
 
-    def facts(self) -> dict[str, str]:
-        """Return how each topic is listened to, by its name."""
-        return {item.topic: item.state() for item in self._inputs}
+    def inlets(self) -> list[Inlet]:
+        """Return how each topic is listened to, and what is wrong with it."""
+        return [item.inlet() for item in self._inputs]
 
 
 def _topics(config: InputConfig) -> list[tuple[str, str, type]]:
@@ -76,6 +79,7 @@ class _Input:
         self._group = MutuallyExclusiveCallbackGroup()
         self._lost = 0
         self._closed = False
+        self._fault = ''
         self._best_effort = config.reliability == 'best_effort'
         self._subscription = self._subscribe()
 
@@ -84,12 +88,14 @@ class _Input:
         """The topic's whole name."""
         return str(self._subscription.topic_name)
 
-    def state(self) -> str:
+    def inlet(self) -> Inlet:
         """Return how the topic is listened to, and what is known of its publishers."""
-        publishers = self._node.count_publishers(self.topic)
-        reliability = 'best effort' if self._best_effort else 'reliable'
+        how = 'best effort' if self._best_effort else 'reliable'
         lost = f', {self._lost} messages lost by DDS' if self._lost else ''
-        return f'{reliability}, {publishers} publisher{"" if publishers == 1 else "s"}{lost}'
+        publishers = self._node.count_publishers(self.topic)
+        return Inlet(
+            self.topic, publishers, f'{how}{lost}', self._fault if publishers else '',
+            needed=self._channel.topic not in OPTIONAL)
 
     def close(self) -> None:
         self._closed = True

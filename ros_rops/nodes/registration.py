@@ -108,7 +108,7 @@ class RegistrationNode(CarefulLifecycleNode):
         if self._leaving is not None:
             raise InputError('the session before is still at work; try again')
         config, own = self._settings.fix()
-        self._outputs = Outputs(self, own)
+        self._outputs = Outputs(self, own, fixed_frame=config.prior.fixed_frame)
         self._tf = TfInput(self) if own.input.tf else None
         station = Station(
             config, own, _folder(own, self.get_fully_qualified_name()), self._outputs,
@@ -198,10 +198,9 @@ class RegistrationNode(CarefulLifecycleNode):
         outputs, station, inputs = self._outputs, self._station, self._inputs
         if outputs is not None:
             state = station.state() if station is not None else StationState()
-            extra = inputs.facts() if inputs is not None else {}
-            if self.last_failure:
-                extra['last failure'] = self.last_failure
-            self._guarded(lambda: outputs.diagnostics(state, self.label, extra))
+            inlets = inputs.inlets() if inputs is not None else ()
+            extra = {'last failure': self.last_failure} if self.last_failure else {}
+            self._guarded(lambda: outputs.diagnostics(state, self.label, extra, inlets))
 
     def _guarded(self, call: Any) -> None:
         try:
