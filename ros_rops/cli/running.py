@@ -146,6 +146,8 @@ class Running:
             print(line, file=sys.stderr)
         for line in frame_lines(self._counts()):
             print(line, file=sys.stderr)
+        for text in self._intake.ledger.failures:
+            _warn(text)
         if self._records.broken:
             _warn(f'{self._records.broken}; `rops explain` cannot tell of the frames that follow')
         for number, why in self._feed.lost.items():

@@ -114,8 +114,7 @@ class Intake:
 
     def finish(self) -> None:
         """Let the session refine its objects, if anything came since; more may be taken later."""
-        if not self.ledger.refined:
-            self.ledger.finish()
+        self.ledger.finish()
 
     @property
     def order(self) -> tuple[str, ...]:

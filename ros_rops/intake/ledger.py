@@ -76,15 +76,22 @@ class Ledger:
         self.more[Word.SKIPPED].update(counts)
 
     def finish(self) -> str:
-        """Let the session refine its objects; return why it failed, '' if it did not."""
-        if not self._steady:
-            self.session.finish()
-        else:
-            try:
+        """
+        Let the session refine its objects, unless nothing came since it last did.
+
+        Returns
+        -------
+        str
+            Why it failed (with `steady`), '' if it did not.
+        """
+        try:
+            if not self.refined:
                 self.session.finish()
-            except Exception as error:  # the poses are what they were
-                self.failures.append(f'refining failed: {told(error)}')
-                return self.failures[-1]
+        except Exception as error:  # the poses are what they were, or better
+            if not self._steady:
+                raise
+            self.failures.append(f'refining failed: {told(error)}')
+            return self.failures[-1]
         self.refined = True
         return ''
 
@@ -125,11 +132,11 @@ class Ledger:
 
     def _add(self, view: RangeView) -> ViewReport:
         self.refined = False
-        if not self._steady:
-            return self.session.add(view)
         try:
             return self.session.add(view)
         except Exception as error:  # whatever it is, the views that follow are worth their word
+            if not self._steady:
+                raise
             reason = f'its registration failed: {told(error)}'
             self.failures.append(f'{view.name}: {reason}')
             if view.name in self.session.views:

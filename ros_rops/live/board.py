@@ -85,9 +85,8 @@ class Board:
         self.statuses = {status.value: counts[status] for status in Status}
         self.objects = len(update.objects)
 
-    def begin(self, folder: str) -> None:
-        """Begin another session."""
+    def begin(self) -> None:
+        """Count from nothing: the frames that follow are of another run."""
         with self._lock:
             self._words.clear()
-        self.folder = folder
-        self.show(Update())
+            self.admitted = 0

@@ -27,10 +27,9 @@ class Kind(Enum):
     DROPPED = 'dropped'
     FULL = 'full'
     PAUSED = 'paused'
-    VOID = 'void'
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Item:
     """
     Something that waits.
@@ -39,7 +38,7 @@ class Item:
     ----------
     kind : Kind
         FRAME, or COMPANION (belongs to a frame), or COMMAND; of frames that are not kept only the
-        head remains: DROPPED (newer ones came), FULL (there was no room), PAUSED. VOID is nothing.
+        head remains: DROPPED (newer ones came), FULL (there was no room), PAUSED.
     number : int
         Counts what arrived.
     at_s : float
@@ -59,12 +58,6 @@ class Item:
     def size(self) -> int:
         """Bytes of data."""
         return len(self.raw.data) if self.raw else 0
-
-    def shed(self, kind: Kind) -> None:
-        """Let the data go."""
-        self.kind = kind
-        if self.raw is not None:
-            self.raw = _head(self.raw)
 
 
 class Inbox:
@@ -108,7 +101,7 @@ class Inbox:
             else:
                 while not self._has_room(len(raw.data)):
                     self.overflowed += 1
-                    self._shed(self._frames, Kind.DROPPED)
+                    self._drop()
                 self._frames.append(self._add(Kind.FRAME, raw))
 
     def put_companion(self, raw: RawMessage) -> None:
@@ -117,7 +110,7 @@ class Inbox:
             while self._companions and (
                     len(self._companions) >= COMPANIONS * self._most_frames
                     or self._bytes + len(raw.data) > self._most_bytes):
-                self._shed(self._companions, Kind.VOID)
+                self._forget(self._companions.popleft())
             self._companions.append(self._add(Kind.COMPANION, raw))
 
     def put_command(self, order: object) -> int:
@@ -164,10 +157,18 @@ class Inbox:
         return not self._frames or (
             len(self._frames) < self._most_frames and self._bytes + size <= self._most_bytes)
 
-    def _shed(self, queue: deque[Item], kind: Kind) -> None:
-        item = queue.popleft()
+    def _drop(self) -> None:
+        """Keep of the oldest frame that it came, unless nobody looks for long."""
+        item = self._frames.popleft()
+        if len(self._items) >= MOST_ITEMS or item.raw is None:
+            self._forget(item)
+            return
         self._bytes -= item.size
-        item.shed(kind)
+        item.kind, item.raw = Kind.DROPPED, _head(item.raw)
+
+    def _forget(self, item: Item) -> None:
+        self._bytes -= item.size
+        self._items.remove(item)
 
     def _add_head(self, kind: Kind, raw: RawMessage) -> None:
         if len(self._items) < MOST_ITEMS:

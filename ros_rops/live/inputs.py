@@ -38,10 +38,13 @@ def background_of(node: NodeConfig) -> tuple[Frame | None, Stamp | None]:
     if not node.input.background:
         return None, None
     path = Path(node.input.background)
-    sources = find_views([path])
-    if len(sources) != 1 or not isinstance(sources[0], Recording):
-        raise InputError(f'input.background: {path} is not one recording')
-    return first_frame(sources[0], node.input.units), stamp(sources[0])
+    try:
+        sources = find_views([path])
+        if len(sources) != 1 or not isinstance(sources[0], Recording):
+            raise InputError(f'{path}: is not one recording')
+        return first_frame(sources[0], node.input.units), stamp(sources[0])
+    except InputError as error:
+        raise InputError(f'input.background: {error}') from None
 
 
 def header_of(raw: RawMessage) -> tuple[int, str]:

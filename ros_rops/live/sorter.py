@@ -129,6 +129,7 @@ class Sorter:
     def _recall_entry(self, entry: Entry) -> None:
         if entry.report is not None:
             self._admission.recall(entry.report, entry.views)
+        self._board.recall(entry)
         taken_back = entry.command == 'remove_last_view'
         self._board.admit(len(entry.views) - taken_back)
         self._tasks.put(Recall(entry))
@@ -168,7 +169,7 @@ class Sorter:
             return
         elif item.kind in WHY:
             self._refuse(item.kind, item.raw, self._arrival(item, item.raw))
-        elif item.kind is not Kind.VOID:
+        else:
             self._last = (item.raw.log_time_ns, item.at_s)
             self._read(item, item.raw)
 
@@ -259,7 +260,7 @@ class Sorter:
         self._run = run
         self._admission = self._new_admission()
         self._admission.journal = run.journal()
-        self._board.admitted = 0
+        self._board.begin()
         self._tasks.put(Begin(run))
 
     def _give_up(self, why: str) -> None:

@@ -106,7 +106,7 @@ class StationState:
     received, dropped : int
         Frames that arrived, and those that overflowed, in all.
     words : mapping of str to int
-        Frames by word: taken, skipped, empty, bad.
+        Frames of the run by word: taken, skipped, empty, bad.
     statuses : mapping of str to int
         Views by status: placed, pending, ambiguous, refused.
     objects : int

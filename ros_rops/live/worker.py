@@ -111,7 +111,6 @@ class Worker:
             self._tell()
             return
         self._recalled += entry.report is not None
-        self._board.recall(entry)
         self._board.do(f'resuming {self._recalled} of {self._recalled + len(self._tasks)}')
         if entry.report is None:
             self._ledger.recall(entry)
@@ -177,7 +176,7 @@ class Worker:
         self._last = {}
         self._started = time.perf_counter()
         self._ledger = self._new_ledger()
-        self._board.begin(str(task.run.folder))
+        self._board.folder = str(task.run.folder)
         self._tell()
 
     def _tell_failures(self) -> None:

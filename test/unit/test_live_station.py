@@ -1,0 +1,404 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""The live station, its session real, its views too small to register. Truth: the rules."""
+
+import json
+import threading
+import time
+
+import numpy as np
+import pytest
+from reference.live import (
+    cloud, Heard, offer_all, PLAIN, saved, settled, small, station, VIEWS)
+from ros_rops.core.config import Config
+from ros_rops.core.errors import InputError, ParameterError
+from ros_rops.intake import admission
+from ros_rops.intake.reports import Word
+from ros_rops.live import worker as worker_module
+from ros_rops.pipeline.session import Session
+from ros_rops.recordings import cdr
+from ros_rops.recordings.messages import Channel, RawMessage
+from ros_rops.recordings.view_facts import encode_facts, FACTS_TOPIC, ViewFacts
+
+REQUEST = {**PLAIN, 'selection.method': 'request'}
+
+
+@pytest.fixture
+def heard():
+    return Heard()
+
+
+@pytest.fixture
+def gate(monkeypatch):
+    """Hold the session's work until it is set."""
+    opened, add = threading.Event(), Session.add
+
+    def held(self, view):
+        # The warm-up has views of these names.
+        assert view.name in '01' or opened.wait(60)
+        return add(self, view)
+
+    monkeypatch.setattr(Session, 'add', held)
+    yield opened
+    opened.set()
+
+
+def _words(heard):
+    return [report.word for report in heard.reports]
+
+
+def _names(heard):
+    return [report.name for report in heard.reports]
+
+
+def _poses(folder):
+    return json.loads((folder / 'poses.json').read_text(encoding='utf-8'))
+
+
+def test_every_command_has_an_answer_before_the_first_view(tmp_path, heard):
+    with station(tmp_path, heard, PLAIN) as made:
+        for command in (made.finish, made.remove_last_view):
+            answer = command()
+            assert not answer.success and 'there is no view' in answer.message
+        for command in (made.capture, made.save, made.reset):
+            answer = command()
+            assert answer.success and answer.message
+        made.accept(False)
+        assert not made.capture().success and 'not active' in made.capture().message
+        heard.wait(lambda: heard.updates and heard.updates[-1].epoch == 1)
+        assert made.state().errors == 0
+
+
+def test_words_tell_of_every_message_and_bad_ones_stop_nothing(tmp_path, heard):
+    bad = RawMessage(VIEWS, 5, b'\0\1\0\0\7\0\0\0\2\0\0\0')
+    with station(tmp_path, heard, PLAIN) as made:
+        offer_all(made, heard, [
+            small(0), bad, RawMessage(VIEWS, 6, b''), small(1),
+            cloud(np.full((9, 3), np.nan), 77), small(2)])
+        state = made.state()
+    assert _words(heard) == [
+        Word.TAKEN, Word.BAD, Word.BAD, Word.TAKEN, Word.EMPTY, Word.TAKEN]
+    assert state.words == {'taken': 3, 'skipped': 0, 'empty': 1, 'bad': 2}
+    assert state.received == 6 and state.dropped == 0 and state.errors == 0
+    first = heard.words[0]
+    assert (first.stamp_ns, first.frame_id) == (1_000_000_000, 'camera_optical_frame')
+    assert 0 <= first.waited_s <= first.took_s < 60 and state.latency_s > 0
+    assert heard.words[4].stamp_ns == 77
+    # A frame that should have given a view has its place in poses.json too.
+    assert heard.updates[-1].numbers == {name: k for k, name in enumerate(_names(heard))}
+    assert heard.updates[-1].newest == _names(heard)[-1]
+
+
+def test_facts_are_acknowledged(tmp_path, heard):
+    facts = ViewFacts('views', 'frame', 'my name', frame_id='f', stamp_ns=7)
+    data = cdr.string_message(encode_facts(facts).decode())
+    channel = Channel(FACTS_TOPIC, 'std_msgs/msg/String', 'cdr')
+    with station(tmp_path, heard, PLAIN) as made:
+        made.offer(RawMessage(channel, 1, data))
+        heard.wait_words(1)
+    assert heard.words[0].report is None and heard.words[0].frame_id == 'view_facts'
+
+
+def test_an_asked_for_frame_is_taken_and_only_the_next_that_arrives(tmp_path, heard):
+    with station(tmp_path, heard, REQUEST) as made:
+        offer_all(made, heard, [small(0), small(1)])
+        assert made.capture().success
+        offer_all(made, heard, [small(2), small(3)])
+        assert made.capture().success and made.capture().success
+        offer_all(made, heard, [small(number) for number in range(4, 8)])
+    assert [k for k, word in enumerate(_words(heard)) if word is Word.TAKEN] == [2, 4, 5]
+    assert heard.reports[2].reason == 'it was asked for'
+
+
+def test_a_bad_message_is_not_what_was_asked_for(tmp_path, heard):
+    with station(tmp_path, heard, REQUEST) as made:
+        made.capture()
+        offer_all(made, heard, [RawMessage(VIEWS, 1, b'no'), small(0), small(1)])
+    assert _words(heard) == [Word.BAD, Word.TAKEN, Word.SKIPPED]
+
+
+def test_a_paused_station_lets_frames_go_by_and_says_so(tmp_path, heard):
+    with station(tmp_path, heard, PLAIN) as made:
+        offer_all(made, heard, [small(0)])
+        assert made.pause(True).success and 'already' in made.pause(True).message
+        assert made.state().paused and not made.capture().success
+        offer_all(made, heard, [small(1), small(2)])
+        assert made.pause(False).success and made.pause(False).success
+        offer_all(made, heard, [small(3)])
+    assert _words(heard) == [Word.TAKEN, Word.SKIPPED, Word.SKIPPED, Word.TAKEN]
+    assert heard.reports[1].reason == 'the station is paused'
+
+
+def test_an_inactive_station_takes_nothing_and_keeps_its_state(tmp_path, heard):
+    with station(tmp_path, heard, PLAIN) as made:
+        offer_all(made, heard, [small(0)])
+        made.accept(False)
+        made.offer(small(1))
+        made.accept(True)
+        offer_all(made, heard, [small(2)])
+        assert made.state().received == 2
+    assert len(heard.updates[-1].views) == 2
+
+
+def test_in_one_shot_mode_what_finds_no_room_is_refused_and_reported(tmp_path, heard, gate):
+    with station(tmp_path, heard, PLAIN, input__most_frames=2, input__most_views=1) as made:
+        # One is registered, one waits for that, one is held by the sorter, two are looked at
+        # by nobody: the rest has no room.
+        for number in range(4):
+            made.offer(small(number))
+            heard.wait(lambda n=number: _inside(made) or made.state().waiting_frames >= n - 2)
+        for number in range(4, 12):
+            made.offer(small(number))
+        full = made.state().dropped
+        assert full >= 5
+        gate.set()
+        heard.wait_words(12)
+        assert settled(made, heard).words == {
+            'taken': 12 - full, 'skipped': 0, 'empty': 0, 'bad': full}
+        folder = saved(made, heard).rpartition(' to ')[2]
+    reasons = [report.reason for report in heard.reports if report.word is Word.BAD]
+    assert reasons == ['the queue is full'] * full
+    views = json.loads((tmp_path / 'run_0001' / 'poses.json').read_text())['views']
+    assert len(views) == 12 and folder.endswith('run_0001')
+    # In the order of arrival, those refused in their place.
+    assert [view['name'] for view in views] == [
+        f'views@{1_000_000_000 + number}' for number in range(12)]
+
+
+def _inside(made):
+    state = made.state()
+    return state.waiting_frames == 0 and bool(state.doing)
+
+
+def test_a_stream_drops_the_oldest_and_counts(tmp_path, heard, gate):
+    values = {**PLAIN, 'selection.method': 'stride', 'selection.stride': 1}
+    with station(tmp_path, heard, values, input__most_frames=2, input__most_views=1) as made:
+        for number in range(10):
+            made.offer(small(number))
+        dropped = made.state().dropped
+        assert dropped >= 4
+        gate.set()
+        heard.wait_words(10)
+    assert _words(heard).count(Word.SKIPPED) == dropped
+    assert f'views@{1_000_000_009}' in heard.updates[-1].views  # the newest is there
+
+
+def test_a_view_taken_back_leaves_its_number_to_no_other(tmp_path, heard):
+    with station(tmp_path, heard, PLAIN) as made:
+        offer_all(made, heard, [small(0), small(1)])
+        assert made.remove_last_view().success
+        offer_all(made, heard, [small(2)])
+        update = heard.updates[-1]
+        assert list(update.views) == ['views@1000000000', 'views@1000000002']
+        assert list(update.numbers.values()) == [0, 1, 2]
+        saved(made, heard)
+        assert made.remove_last_view().success and made.remove_last_view().success
+        assert 'no view' in made.remove_last_view().message
+        heard.wait(lambda: not heard.updates[-1].views)
+        assert made.state().statuses['refused'] == 0
+    views = _poses(tmp_path / 'latest')['views']
+    assert [view['name'] for view in views] == list(update.numbers)
+    assert views[1]['reason'] == 'taken back by ~/remove_last_view'
+
+
+def test_a_reset_ends_the_run_and_begins_the_next(tmp_path, heard):
+    with station(tmp_path, heard, PLAIN) as made:
+        offer_all(made, heard, [small(0)])
+        saved(made, heard)
+        assert made.reset().success
+        offer_all(made, heard, [small(1)])
+        assert made.state().folder == str(tmp_path / 'run_0002')
+        assert made.state().words['taken'] == 1
+        assert made.reset().success
+        heard.wait(lambda: heard.updates[-1].epoch == 2)
+    assert [update.epoch for update in heard.updates] == [0, 1, 1, 2]
+    assert not heard.updates[-1].views
+    states = [
+        json.loads((tmp_path / f'run_000{k}' / 'run.json').read_text())['state']
+        for k in (1, 2, 3)]
+    assert states == ['finished', 'partial', 'running']
+    assert (tmp_path / 'latest').resolve() == tmp_path / 'run_0003'
+    assert (tmp_path / 'run_0001' / 'journal.mcap').read_bytes()[-8:] == b'\x89MCAP0\r\n'
+
+
+def test_a_view_on_which_registration_fails_is_refused_and_the_next_goes_on(
+    tmp_path, heard, monkeypatch
+):
+    add = Session.add
+
+    def failing(self, view):
+        if view.name.endswith('1'):
+            raise MemoryError('no room')
+        if view.name.endswith('2'):
+            add(self, view)
+            raise ZeroDivisionError
+        return add(self, view)
+
+    with station(tmp_path, heard, PLAIN) as made:
+        monkeypatch.setattr(Session, 'add', failing)
+        offer_all(made, heard, [small(number) for number in range(4)])
+        state = made.state()
+        saved(made, heard)
+    assert state.errors == 2 and 'ZeroDivisionError' in state.last_error
+    assert _words(heard) == [Word.TAKEN] * 4
+    assert 'no room (MemoryError)' in heard.reports[1].reports[0].reason
+    views = _poses(tmp_path / 'latest')['views']
+    assert [view['status'] for view in views] == ['refused'] * 4
+    assert 'its registration failed' in views[2]['reason']
+
+
+def test_a_frame_on_which_segmentation_fails_is_bad_and_the_next_goes_on(
+    tmp_path, heard, monkeypatch
+):
+    segment = admission.segment
+
+    def failing(frame, *given, **more):
+        if frame.name.endswith('1'):
+            raise IndexError('of no sense')
+        return segment(frame, *given, **more)
+
+    monkeypatch.setattr(admission, 'segment', failing)
+    with station(tmp_path, heard, PLAIN) as made:
+        offer_all(made, heard, [small(number) for number in range(3)])
+        state = made.state()
+    assert _words(heard) == [Word.TAKEN, Word.BAD, Word.TAKEN]
+    assert 'of no sense' in heard.reports[1].reason
+    assert state.errors == 1 and 'of no sense' in state.last_error
+
+
+def test_a_listener_that_fails_ends_nothing(tmp_path):
+    class Broken(Heard):
+        def handled(self, handled):
+            super().handled(handled)
+            raise OSError('no wire')
+
+        updated = handled
+
+    heard = Broken()
+    with station(tmp_path, heard, PLAIN) as made:
+        for number in range(3):
+            made.offer(small(number))
+        heard.wait_words(6)
+        state = settled(made, heard)
+    assert state.words['taken'] == 3 and state.errors == 6 and 'no wire' in state.last_error
+
+
+def test_a_result_that_cannot_be_written_is_said_and_the_next_is(tmp_path, heard, monkeypatch):
+    def failing(*given, **more):
+        raise InputError('poses.json: cannot be written (No space left on device)')
+
+    with station(tmp_path, heard, PLAIN) as made:
+        offer_all(made, heard, [small(0)])
+        with monkeypatch.context() as patch:
+            patch.setattr(worker_module, 'write_run', failing)
+            text = saved(made, heard)
+        assert text.startswith('not saved: ') and 'No space left' in made.state().last_error
+        offer_all(made, heard, [small(1)])
+        assert saved(made, heard).startswith('saved 0 objects of 2 views to ')
+    assert len(_poses(tmp_path / 'latest')['views']) == 2
+
+
+def test_a_folder_that_cannot_be_written_is_the_callers_mistake(tmp_path, heard):
+    (tmp_path / 'file').write_text('')
+    with pytest.raises(InputError, match='cannot be made'), station(tmp_path / 'file', heard):
+        pass
+    bad = station(tmp_path / 'out', heard, input__background=str(tmp_path / 'file'))
+    with pytest.raises(InputError, match='input.background'), bad:
+        pass
+
+
+def test_where_no_next_folder_can_be_made_the_run_goes_on(tmp_path, heard, monkeypatch):
+    with station(tmp_path, heard, PLAIN) as made:
+        offer_all(made, heard, [small(0)])
+        with monkeypatch.context() as patch:
+            patch.setattr('ros_rops.live.run._new_folder', _full)
+            made.reset()
+            heard.wait(lambda: made.state().errors)
+        offer_all(made, heard, [small(1)])
+        assert 'the run goes on' in made.state().last_error
+    assert len(heard.updates[-1].views) == 2
+
+
+def _full(parent):
+    raise InputError('no space left')
+
+
+def test_selection_may_change_and_the_engine_may_not(tmp_path, heard):
+    with station(tmp_path, heard, PLAIN) as made:
+        offer_all(made, heard, [small(0)])
+        made.reconfigure(Config.from_flat(REQUEST))
+        offer_all(made, heard, [small(1)])
+        with pytest.raises(ParameterError, match='rops'):
+            made.reconfigure(Config.from_flat({**REQUEST, 'rops.bins': 7}))
+    assert _words(heard) == [Word.TAKEN, Word.SKIPPED]
+    run = json.loads((tmp_path / 'latest' / 'run.json').read_text())
+    assert run['parameters']['selection.method'] == 'request'
+
+
+def test_what_waits_when_it_closes_is_journalled(tmp_path, heard, gate):
+    with station(tmp_path, heard, PLAIN, input__most_views=1) as made:
+        for number in range(6):
+            made.offer(small(number))
+        assert made.close(0.2) is False
+        gate.set()
+    again = Heard()
+    with station(tmp_path, again, PLAIN, resume=True) as made:
+        again.wait(lambda: again.updates)
+        assert list(again.updates[-1].views) == [
+            f'views@{1_000_000_000 + number}' for number in range(6)]
+        assert made.state().folder.endswith('run_0001') and made.state().words['taken'] == 6
+        offer_all(made, again, [small(3)])  # its name was given before
+        assert again.reports[0].name == 'views@1000000003#2'
+
+
+def test_without_resume_and_after_a_reset_a_run_begins(tmp_path, heard):
+    for resume, expected in ((False, 1), (False, 2), (True, 2), (True, 2)):
+        with station(tmp_path, heard, PLAIN, resume=resume) as made:
+            assert made.state().folder.endswith(f'run_000{expected}')
+    with station(tmp_path, heard, PLAIN, resume=True) as made:
+        made.reset()
+        heard.wait(lambda: heard.updates and heard.updates[-1].epoch == 1)
+    (tmp_path / 'run_0003' / 'run.json').write_text('{}')
+    with station(tmp_path, heard, PLAIN, resume=True) as made:
+        assert made.state().folder.endswith('run_0004')
+        assert 'not resumed' in made.state().last_error
+
+
+def test_a_run_that_another_station_has_is_not_gone_on_with(tmp_path, heard):
+    again = station(tmp_path, heard, PLAIN, resume=True)
+    with station(tmp_path, heard, PLAIN) as first, again as second:
+        assert 'another process is working on this run' in second.state().last_error
+        assert first.state().folder != second.state().folder
+
+
+def test_offers_and_commands_return_at_once_whatever_is_done(tmp_path, heard, gate):
+    data = cloud(np.ones((480, 640, 3)), 3)
+    with station(tmp_path, heard, REQUEST) as made:
+        made.capture()
+        made.offer(small(0))
+        heard.wait(lambda: made.state().doing)
+        seconds = []
+        for _ in range(100):
+            for call in (
+                lambda: made.offer(data), made.state, made.capture, made.finish,
+                lambda: made.pause(False), lambda: made.pause(True)
+            ):
+                started = time.perf_counter()
+                call()
+                seconds.append(time.perf_counter() - started)
+        gate.set()
+    # Others may have the cores for a while: this tells waiting from not waiting.
+    assert np.median(seconds) < 1e-3 and max(seconds) < 0.2
+
+
+def test_a_live_sensor_may_send_for_ever(tmp_path, heard, monkeypatch):
+    monkeypatch.setattr('ros_rops.intake.ledger.MOST_BLANKS', 5)
+    values = {**PLAIN, 'selection.method': 'stride', 'selection.stride': 10}
+    with station(tmp_path, heard, values) as made:
+        offer_all(made, heard, [small(number) for number in range(30)])
+        offer_all(made, heard, [RawMessage(VIEWS, 9, b'bad')] * 20)
+        saved(made, heard)
+    frames = json.loads((tmp_path / 'latest' / 'frames.json').read_text())
+    assert frames['counts']['read'] == 50 and frames['counts']['skipped'] == 27
+    assert frames['counts']['bad'] == 20 and len(frames['frames']) == 3 + 5
+    assert len(_poses(tmp_path / 'latest')['views']) == 3 + 5
