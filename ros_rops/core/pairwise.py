@@ -71,13 +71,13 @@ def register(
     candidates = search(
         source, target, few, min(settings.quick, settings.refined), settings, threads=threads,
         known=known)
-    verdict = judge(source, target, candidates, config.verdict, known)
+    verdict = judge(source, target, candidates, config.verdict, known, threads=threads)
     lap('quick')
     if settings.refined > settings.quick and not _beyond_doubt(verdict, config):
         candidates = search(
             source, target, everything, settings.refined, settings, threads=threads,
             known=known)
-        verdict = judge(source, target, candidates, config.verdict, known)
+        verdict = judge(source, target, candidates, config.verdict, known, threads=threads)
         lap('thorough')
     return _result(source, target, verdict, candidates, len(from_matches))
 

@@ -55,7 +55,7 @@ class Verdict:
 
 def judge(
     source: Surface, target: Surface, candidates: Candidates, config: VerdictConfig,
-    known: Known | None = None,
+    known: Known | None = None, *, threads: int = 0,
 ) -> Verdict:
     """
     Judge the best candidate, its rivals in view.
@@ -69,6 +69,8 @@ def judge(
     config : VerdictConfig
     known : Known, optional
         What a pose must not contradict.
+    threads : int
+        0 takes all cores; no influence on the result.
 
     Returns
     -------
@@ -84,7 +86,7 @@ def judge(
         for side in (source.evidence, target.evidence))
     most = config.contradiction * (DRIFT if drifted else 1.0)
     finalists = _admitted(source, target, known, sorted(
-        _examined(source, target, candidates.poses[:FINALISTS], unit, limit, most),
+        _examined(source, target, candidates.poses[:FINALISTS], unit, limit, most, threads),
         key=lambda finalist: _worth(finalist.numbers, config), reverse=True))
     best = finalists[0]
     numbers = best.numbers | {'rival': _rival(source, target, finalists, unit, config)}
@@ -104,17 +106,14 @@ class _Finalist:
 
 def _examined(
     source: Surface, target: Surface, poses: Floats, unit: float, limit: float,
-    contradiction: float,
+    contradiction: float, threads: int,
 ) -> list[_Finalist]:
     """Refine and measure each pose, in the order given."""
-    exams = [
-        examine(
-            source.evidence, target.evidence, pose, rounds=ROUNDS, samples=SAMPLES,
-            radius=RADIUS_MR * unit, front=FRONT_MR * unit)
-        for pose in poses
-    ]
+    exams = examine(
+        source.evidence, target.evidence, poses, rounds=ROUNDS, samples=SAMPLES,
+        radius=RADIUS_MR * unit, front=FRONT_MR * unit, threads=threads)
     refined = np.stack([exam.T_target_source for exam in exams])
-    scores = final_scores(source, target, refined, unit)
+    scores = final_scores(source, target, refined, unit, threads=threads)
     return [
         _Finalist(exam.T_target_source, {
             **_numbers(exam, float(score), unit),
@@ -210,8 +209,8 @@ def _numbers(exam: Examination, score: float, unit: float) -> dict[str, float]:
 
 def self_stiffness(surface: Surface) -> float:
     """How firmly a surface holds itself: near 0 for a plane, a sphere, a cylinder."""
-    exam = examine(
-        surface.evidence, surface.evidence, np.eye(4), rounds=0, samples=SAMPLES,
+    exam, = examine(
+        surface.evidence, surface.evidence, np.eye(4)[None], rounds=0, samples=SAMPLES,
         radius=RADIUS_MR * surface.resolution, front=FRONT_MR * surface.resolution)
     return stiffness(exam.hessian, max(exam.numbers[:, 1].sum(), 1.0))
 

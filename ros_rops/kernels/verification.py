@@ -121,32 +121,36 @@ def refine(
 def examine(
     source: Evidence,
     target: Evidence,
-    pose: Floats,
+    poses: Floats,
     *,
     rounds: int,
     samples: int,
     radius: float,
     front: float,
     facing: float = 0.5,
-) -> Examination:
+    threads: int = 0,
+) -> list[Examination]:
     """
-    Refine one pose (4, 4) on vertices for `rounds` rounds and measure what speaks for it.
+    Refine each pose (H, 4, 4) on vertices for `rounds` rounds and measure what speaks for it.
 
     Parameters
     ----------
     source, target : Evidence
-    pose : (4, 4) float64
+    poses : (H, 4, 4) float64
     rounds, samples : int
         `samples` vertices of each side.
     radius : float
         Vertices farther apart do not match; at most a cell.
     front, facing : float
         As in `score`.
+    threads : int
+        0 takes all cores; no influence on the result.
     """
-    moved, numbers, hessian = _kernels._examine(
-        source.kernel, target.kernel, about_centres(pose, source.centre, target.centre),
-        rounds, samples, radius, front, facing)
-    return Examination(about_centres(moved, -source.centre, -target.centre), numbers, hessian)
+    moved, numbers, hessians = _kernels._examine(
+        source.kernel, target.kernel, about_centres(poses, source.centre, target.centre),
+        rounds, samples, radius, front, facing, threads)
+    back = about_centres(moved, -source.centre, -target.centre)
+    return [Examination(*exam) for exam in zip(back, numbers, hessians, strict=True)]
 
 
 def distinct(poses: Floats, *, angle_rad: float, distance: float, most: int) -> Ints:

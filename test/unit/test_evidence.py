@@ -144,8 +144,8 @@ def test_growing_replaces_a_rim_by_the_inside():
     # Nothing of the old rim is left: a sample there is matched as an inside is.
     small = evidence(plane(2) + np.array([20.0, 0, 0.3]))
     options = {'rounds': 0, 'samples': 1000, 'radius': 2.0, 'front': 3.0}
-    before = examine(small, shape, np.eye(4), **options).numbers[0]
-    after = examine(small, grown, np.eye(4), **options).numbers[0]
+    before = examine(small, shape, np.eye(4)[None], **options)[0].numbers[0]
+    after = examine(small, grown, np.eye(4)[None], **options)[0].numbers[0]
     assert (before[1], after[1]) == (10, 25)
 
 

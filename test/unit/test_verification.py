@@ -124,9 +124,9 @@ def test_rounds_come_home(views, starts):
 
 def test_examine_equals_the_twin(views, starts):
     ((source, source_twin), (target, target_twin)), _, mr = views
-    for pose in starts[:6]:
-        found = examine(
-            source, target, pose, rounds=0, samples=300, radius=2 * mr, front=3 * mr)
+    exams = examine(
+        source, target, starts[:6], rounds=0, samples=300, radius=2 * mr, front=3 * mr)
+    for pose, found in zip(starts, exams, strict=False):
         numbers, hessian = twin.examined(source_twin, target_twin, pose, 300, 2 * mr, 3 * mr)
         assert np.allclose(found.T_target_source, pose, atol=1e-9)
         assert np.allclose(found.numbers, numbers, rtol=1e-4, atol=1e-3)
@@ -136,8 +136,12 @@ def test_examine_equals_the_twin(views, starts):
 
 def test_examine_refines_to_the_exact_pose(views, starts):
     ((source, _), (target, _)), truth, mr = views
-    found = examine(
-        source, target, starts[2], rounds=8, samples=2000, radius=2 * mr, front=3 * mr)
+    options = {'rounds': 8, 'samples': 2000, 'radius': 2 * mr, 'front': 3 * mr}
+    found = examine(source, target, starts, **options)[2]
+    for threads in (1, 3):  # alone, or among others, on any number of threads
+        again, = examine(source, target, starts[[2]], threads=threads, **options)
+        assert all(one.tobytes() == other.tobytes()
+                   for one, other in zip(found, again, strict=True))
     error = found.T_target_source - truth
     assert np.linalg.norm(error[:3] @ [*source.centre, 1]) < 0.1 * mr
 

@@ -25,7 +25,7 @@ void ask_rasters(const Evidence& to, Float3 p, Float3 n, const ExamSettings& s, 
 }
 
 void examine_one_way(const Evidence& from, const Evidence& to, const Rigid& T, bool forward,
-                     const ExamSettings& s, Exam& out) {
+                     bool rays, const ExamSettings& s, Exam& out) {
   const std::size_t total = from.field.vertices.size();
   const std::size_t stride = std::max<std::size_t>(1, total / std::max(s.samples, 1));
   const Rigid go = forward ? T : T.inverse();
@@ -36,7 +36,7 @@ void examine_one_way(const Evidence& from, const Evidence& to, const Rigid& T, b
     const std::int32_t c = to.field.closest_vertex(p);
     const Float3 gap = c < 0 ? Float3{0, 0, 0} : p - to.field.vertices[c].point;
     if (c < 0 || dot(gap, gap) > s.radius * s.radius) {
-      ask_rasters(to, p, n, s, out);
+      if (rays) ask_rasters(to, p, n, s, out);
       continue;
     }
     const Oriented& q = to.field.vertices[c];
@@ -58,17 +58,22 @@ void examine_one_way(const Evidence& from, const Evidence& to, const Rigid& T, b
 
 void examine_pose(const Evidence& source, const Evidence& target, Pose& pose, int rounds,
                   const ExamSettings& settings, Exam& forward, Exam& backward) {
-  for (int k = 0; k <= rounds; ++k) {
+  const auto measure = [&](bool rays) {
     forward = Exam(), backward = Exam();
     const Rigid T = pose.rigid();
-    examine_one_way(source, target, T, true, settings, forward);
-    examine_one_way(target, source, T, false, settings, backward);
+    examine_one_way(source, target, T, true, rays, settings, forward);
+    examine_one_way(target, source, T, false, rays, settings, backward);
+  };
+  // What the rays say moves nothing: it is asked of the last pose only.
+  for (int k = 0; k < rounds; ++k) {
+    measure(false);
     NormalEquations both = forward.equations;
     both.add(backward.equations);
     double x[6];
-    if (k == rounds || both.count < kFewestMatches || !solve(both, kDamping, x)) break;
+    if (both.count < kFewestMatches || !solve(both, kDamping, x)) break;
     pose.advance(x);
   }
+  measure(true);
 }
 
 }  // namespace rops

@@ -9,6 +9,8 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <memory>
+#include <mutex>
 #include <vector>
 
 #include "lanes.hpp"
@@ -78,64 +80,98 @@ ROPS_CLONES void products(const std::int16_t* const* a, const Whole& b, std::int
   }
 }
 
-// The k nearest by a column of products; ties to the lower index.
-void keep_nearest(const std::int32_t* dots, std::int64_t norm, const Whole& b, std::size_t k,
-                  std::int32_t* index, std::int64_t* distance) {
-  std::fill(distance, distance + k, std::numeric_limits<std::int64_t>::max());
-  for (std::size_t j = 0; j < b.count; ++j) {
-    const std::int64_t d = norm + b.norms[j] - 2ll * dots[j * kRows];
-    if (d >= distance[k - 1]) continue;
-    std::size_t at = k - 1;
-    for (; at > 0 && distance[at - 1] > d; --at) {
-      distance[at] = distance[at - 1];
-      index[at] = index[at - 1];
-    }
-    distance[at] = d;
-    index[at] = static_cast<std::int32_t>(j);
-  }
-}
+// For each of many rows the k nearest of the other side, and how far they are (squared).
+struct Lists {
+  std::size_t k;
+  std::vector<std::int32_t> index;
+  std::vector<std::int64_t> distance;
 
-// The k nearest rows of `b`, and how far they are, for every row of `a`.
-void nearest_rows(const Whole& a, const Whole& b, std::size_t k, double scale, int threads,
-                  std::int32_t* index, float* length) {
-  parallel((a.count + kRows - 1) / kRows, threads, [&](std::size_t block) {
-    static thread_local std::vector<std::int32_t> dots;
-    dots.resize(b.count * kRows);
-    const std::size_t first = block * kRows, last = std::min(first + kRows, a.count);
-    const std::int16_t* rows[kRows];
-    for (std::size_t r = 0; r < kRows; ++r)
-      rows[r] = a.rows.data() + std::min(first + r, last - 1) * a.stride;
-    products(rows, b, dots.data());
-    std::vector<std::int64_t> squared(k);
-    for (std::size_t i = first; i < last; ++i) {
-      keep_nearest(dots.data() + (i - first), a.norms[i], b, k, index + i * k, squared.data());
-      for (std::size_t r = 0; r < k; ++r)
-        length[i * k + r] =
-            scale > 0 ? static_cast<float>(std::sqrt(static_cast<double>(squared[r])) / scale) : 0;
+  Lists(std::size_t rows, std::size_t few)
+      : k(few), index(rows * few), distance(rows * few, kNone) {}
+
+  static constexpr std::int64_t kNone = std::numeric_limits<std::int64_t>::max();
+
+  std::int64_t farthest(std::size_t row) const { return distance[row * k + k - 1]; }
+
+  // Ties go to the lower index, whatever the order of the calls.
+  void offer(std::size_t row, std::int32_t i, std::int64_t d) {
+    std::int64_t* far = distance.data() + row * k;
+    std::int32_t* who = index.data() + row * k;
+    const auto before = [&](std::size_t at) {
+      return d < far[at] || (d == far[at] && d != kNone && i < who[at]);
+    };
+    if (!before(k - 1)) return;
+    std::size_t at = k - 1;
+    for (; at > 0 && before(at - 1); --at) far[at] = far[at - 1], who[at] = who[at - 1];
+    far[at] = d, who[at] = i;
+  }
+
+  void write(double scale, std::int32_t* to, float* length) const {
+    std::copy(index.begin(), index.end(), to);
+    for (std::size_t at = 0; at < distance.size(); ++at)
+      length[at] =
+          scale > 0 ? static_cast<float>(std::sqrt(static_cast<double>(distance[at])) / scale) : 0;
+  }
+};
+
+// Offer all rows of `a` and of `b` to each other: every product is taken once, for both sides.
+void nearest_rows(const Whole& a, const Whole& b, int threads, Lists& of_a, Lists* of_b) {
+  std::vector<std::unique_ptr<Lists>> shares;  // one a thread, of the rows of `b`
+  std::mutex guard;
+  parallel_with((a.count + kRows - 1) / kRows, 1, threads, [&] {
+    Lists* share = nullptr;
+    if (of_b) {
+      const std::lock_guard<std::mutex> lock(guard);
+      shares.push_back(std::make_unique<Lists>(b.count, of_b->k));
+      share = shares.back().get();
     }
+    return [&, share, dots = std::vector<std::int32_t>(b.count * kRows)](
+               std::size_t block) mutable {
+      const std::size_t first = block * kRows, last = std::min(first + kRows, a.count);
+      const std::int16_t* rows[kRows];
+      for (std::size_t r = 0; r < kRows; ++r)
+        rows[r] = a.rows.data() + std::min(first + r, last - 1) * a.stride;
+      products(rows, b, dots.data());
+      for (std::size_t i = first; i < last; ++i) {
+        const std::int64_t norm = a.norms[i];
+        const auto self = static_cast<std::int32_t>(i);
+        const std::int32_t* dot = dots.data() + (i - first);
+        for (std::size_t j = 0; j < b.count; ++j) {
+          const std::int64_t d = norm + b.norms[j] - 2ll * dot[j * kRows];
+          if (d < of_a.farthest(i)) of_a.offer(i, static_cast<std::int32_t>(j), d);
+          if (share && d < share->farthest(j)) share->offer(j, self, d);
+        }
+      }
+    };
   });
+  if (!of_b) return;
+  for (const auto& share : shares)
+    for (std::size_t j = 0; j < b.count; ++j)
+      for (std::size_t r = 0; r < of_b->k; ++r)
+        of_b->offer(j, share->index[j * of_b->k + r], share->distance[j * of_b->k + r]);
 }
 
 py::tuple nearest_descriptors(const Floats& a, const Floats& b, std::size_t k, bool both,
                               int threads) {
   const double most = std::max(longest(a), longest(b));
   const double scale = most > 0 ? kLongest / most : 0.0;
+  Lists of_a(a.shape(0), std::min<std::size_t>(k, b.shape(0))),
+      of_b(both ? b.shape(0) : 0, std::min<std::size_t>(k, a.shape(0)));
+  {
+    py::gil_scoped_release release;
+    nearest_rows(Whole(a, scale), Whole(b, scale), threads, of_a, both ? &of_b : nullptr);
+  }
   py::list out;
-  const auto side = [&](const Floats& from, const Floats& to) {
-    const std::size_t few = std::min<std::size_t>(k, to.shape(0));
-    const std::vector<py::ssize_t> shape{from.shape(0), static_cast<py::ssize_t>(few)};
+  for (const Lists* side : {&of_a, &of_b}) {
+    if (side == &of_b && !both) continue;
+    const auto few = static_cast<py::ssize_t>(side->k);
+    const std::vector<py::ssize_t> shape{
+        static_cast<py::ssize_t>(side->index.size()) / few, few};
     py::array_t<std::int32_t> index(shape);
     py::array_t<float> distance(shape);
-    std::int32_t* at = index.mutable_data();
-    float* length = distance.mutable_data();
-    {
-      py::gil_scoped_release release;
-      nearest_rows(Whole(from, scale), Whole(to, scale), few, scale, threads, at, length);
-    }
+    side->write(scale, index.mutable_data(), distance.mutable_data());
     out.append(py::make_tuple(index, distance));
-  };
-  side(a, b);
-  if (both) side(b, a);
+  }
   return py::tuple(out);
 }
 

@@ -117,27 +117,37 @@ Doubles refine(const Evidence& source, const Evidence& target, const Doubles& po
   return moved;
 }
 
-py::tuple examine(const Evidence& source, const Evidence& target, const Doubles& start, int rounds,
-                  int samples, float radius, float front, float facing) {
-  Pose pose = read_pose(start.data());
-  Exam exams[2];
-  {
-    py::gil_scoped_release release;
-    examine_pose(source, target, pose, rounds, {samples, radius, front, facing}, exams[0],
-                 exams[1]);
-  }
-  Doubles moved(Shape{4, 4}), hessian(Shape{6, 6}), numbers(Shape{2, 6});
-  write_pose(pose, moved.mutable_data());
+void write_exam(const Exam* exams, double* numbers, double* hessian) {
   NormalEquations both = exams[0].equations;
   both.add(exams[1].equations);
   for (int r = 0, k = 0; r < 6; ++r)
-    for (int c = r; c < 6; ++c, ++k) hessian.mutable_at(r, c) = hessian.mutable_at(c, r) = both.a[k];
-  double* row = numbers.mutable_data();
-  for (const Exam& e : exams) {
-    *row++ = e.count, *row++ = e.matched, *row++ = e.equations.absolute;
-    *row++ = e.front, *row++ = e.empty, *row++ = e.disagree;
+    for (int c = r; c < 6; ++c, ++k) hessian[6 * r + c] = hessian[6 * c + r] = both.a[k];
+  for (int side = 0; side < 2; ++side) {
+    const Exam& e = exams[side];
+    *numbers++ = e.count, *numbers++ = e.matched, *numbers++ = e.equations.absolute;
+    *numbers++ = e.front, *numbers++ = e.empty, *numbers++ = e.disagree;
   }
-  return py::make_tuple(moved, numbers, hessian);
+}
+
+py::tuple examine(const Evidence& source, const Evidence& target, const Doubles& poses, int rounds,
+                  int samples, float radius, float front, float facing, int threads) {
+  const auto count = poses.shape(0);
+  Doubles moved(Shape{count, 4, 4}), numbers(Shape{count, 2, 6}), hessians(Shape{count, 6, 6});
+  const double* in = poses.data();
+  double *to = moved.mutable_data(), *row = numbers.mutable_data(),
+         *hessian = hessians.mutable_data();
+  const ExamSettings settings{samples, radius, front, facing};
+  {
+    py::gil_scoped_release release;
+    parallel(count, threads, [&](std::size_t h) {
+      Pose pose = read_pose(in + 16 * h);
+      Exam exams[2];
+      examine_pose(source, target, pose, rounds, settings, exams[0], exams[1]);
+      write_pose(pose, to + 16 * h);
+      write_exam(exams, row + 12 * h, hessian + 36 * h);
+    });
+  }
+  return py::make_tuple(moved, numbers, hessians);
 }
 
 // Poses in order of preference, those left out that lie close to one taken before.
