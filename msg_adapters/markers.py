@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
+from msg_adapters.rotation import quaternion
 import numpy as np
 from ros_rops.core.errors import ShapeError
 from ros_rops.core.types import Floats
@@ -14,6 +15,7 @@ from ros_rops.core.types import Floats
 LINE_LIST, TEXT, ADD, DELETE_ALL = 5, 9, 0, 3
 
 Color = tuple[float, float, float]
+Shared = dict[tuple[str, bytes], list[Any]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,8 +28,10 @@ class Lines:
     namespace : str
     number : int
         Unique in the namespace.
+    T : (4, 4) float64
+        Rigid: where the lines stand.
     ends : (2 S, 3) float64
-        Two points for each segment, in metres.
+        Two points for each segment, in metres, in the frame that `T` tells of.
     colors : (2 S, 3) float64
         Of each point: red, green, blue from 0 to 1.
     width : float
@@ -36,6 +40,7 @@ class Lines:
 
     namespace: str
     number: int
+    T: Floats
     ends: Floats
     colors: Floats
     width: float
@@ -94,6 +99,7 @@ def fill(
     clear = make_marker()
     clear.header, clear.action = header, DELETE_ALL
     markers = [clear]
+    shared: Shared = {}
     for mark in marks:
         marker = make_marker()
         marker.header, marker.ns, marker.id = header, mark.namespace, int(mark.number)
@@ -101,7 +107,7 @@ def fill(
         # Shown by the newest transform always: that may come after the marker.
         marker.frame_locked = True
         if isinstance(mark, Lines):
-            _fill_lines(marker, mark, make_point, make_color)
+            _fill_lines(marker, mark, make_point, make_color, shared)
         else:
             _fill_label(marker, mark)
         markers.append(marker)
@@ -109,15 +115,24 @@ def fill(
 
 
 def _fill_lines(
-    marker: Any, lines: Lines, make_point: Callable[[], Any], make_color: Callable[[], Any]
+    marker: Any, lines: Lines, make_point: Callable[[], Any], make_color: Callable[[], Any],
+    shared: Shared,
 ) -> None:
-    ends, colors = np.asarray(lines.ends), np.asarray(lines.colors)
+    ends, colors = np.asarray(lines.ends, np.float64), np.asarray(lines.colors, np.float64)
     if ends.ndim != 2 or ends.shape[1] != 3 or len(ends) % 2 or colors.shape != ends.shape:
         raise ShapeError(
             f'{lines.namespace}: expected ends (2 S, 3), got {ends.shape}, colors {colors.shape}')
     marker.type, marker.scale.x = LINE_LIST, float(lines.width)
-    marker.points = [_filled(make_point(), 'xyz', row) for row in ends]
-    marker.colors = [_filled(make_color(), 'rgba', (*row, 1.0)) for row in colors]
+    _filled(marker.pose.position, 'xyz', lines.T[:3, 3])
+    _filled(marker.pose.orientation, 'xyzw', quaternion(lines.T[:3, :3]))
+    # Most lines are of one shape.
+    for key, make, names, rows in (
+            ('points', make_point, 'xyz', ends),
+            ('colors', make_color, 'rgba', np.insert(colors, 3, 1.0, axis=1))):
+        same = key, rows.tobytes()
+        if same not in shared:
+            shared[same] = [_filled(make(), names, row) for row in rows]
+        setattr(marker, key, shared[same])
 
 
 def _fill_label(marker: Any, label: Label) -> None:

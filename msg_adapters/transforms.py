@@ -7,6 +7,7 @@ import math
 from typing import Any
 
 from msg_adapters.attributes import attribute
+from msg_adapters.rotation import quaternion
 import numpy as np
 from ros_rops.core.errors import InputError, ShapeError
 from ros_rops.core.types import Floats
@@ -107,6 +108,5 @@ def fill(item: Any, value: StampedTransform) -> None:
     # float(): ROS sends other numbers as garbage.
     for name, number in zip('xyz', T[:3, 3], strict=True):
         setattr(item.transform.translation, name, float(number))
-    quaternion = Rotation.from_matrix(T[:3, :3]).as_quat()
-    for name, number in zip('xyzw', quaternion, strict=True):
-        setattr(item.transform.rotation, name, float(number))
+    for name, number in zip('xyzw', quaternion(T[:3, :3]), strict=True):
+        setattr(item.transform.rotation, name, number)

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 
 from msg_adapters.markers import Color, Label, Lines
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ros_rops.core.types import Floats, RangeView, Status
 from ros_rops.live.places import FrameNames, in_metres, metres, Place, pose_in
@@ -69,8 +70,8 @@ def _object(
     number: int, views: int, T: Floats, size: float, names: FrameNames, color: Color
 ) -> Iterator[Lines | Label]:
     text = f'{names.of_object(number)}: {views} views'
-    yield Lines('objects', number, *_axes(T, AXIS * size), LINE * size)
-    yield Label('object_labels', number, T[:3, 3] - T[:3, :3] @ [0, 2 * LETTER * size, 0], text,
+    yield Lines('objects', number, T, *_axes(AXIS * size), LINE * size)
+    yield Label('object_labels', number, _moved(T, [0, -2 * LETTER * size, 0]), text,
                 1.3 * LETTER * size, color)
 
 
@@ -79,15 +80,15 @@ def _placed(
 ) -> Iterator[Lines | Label]:
     number, view, scale = update.numbers[name], update.views[name], metres(update.units)
     eye = T.copy()
-    eye[:3, 3] += T[:3, :3] @ (_eye(view, size / scale) * scale)
-    ends, colors = _axes(eye, AXIS * size)
-    sides = _pyramid(eye, view, AXIS * size)
+    eye[:3, 3] = _moved(T, _eye(view, size / scale) * scale)
+    ends, colors = _axes(AXIS * size)
+    sides = _pyramid(_forward(view), AXIS * size)
     yield Lines(
-        'views', number, np.concatenate([ends, sides]),
+        'views', number, eye, np.concatenate([ends, sides]),
         np.concatenate([colors, np.tile(color, (len(sides), 1))]), LINE * size)
     newest = ' (newest)' if name == update.newest else ''
     yield Label(
-        'view_labels', number, eye[:3, 3] - eye[:3, :3] @ _forward(view) * AXIS * size,
+        'view_labels', number, _moved(eye, -AXIS * size * _forward(view)),
         f'{names.of_view(number)}: placed{newest}', LETTER * size, color)
 
 
@@ -103,12 +104,12 @@ def _waiting(
             continue
         points, color = _some(view) * scale, WAITING[report.status]
         low, high = points.min(axis=0), points.max(axis=0)
-        yield Lines('waiting', number, *_box(T, low, high, color), LINE * size)
+        yield Lines('waiting', number, T, *_box(low, high, color), LINE * size)
         # One line below the other: such views stand in one place, mostly.
         at = (low + high) / 2
         at[1] = high[1] + (1.0 + 1.2 * row) * LETTER * size
         yield Label(
-            'waiting_labels', number, T[:3, :3] @ at + T[:3, 3],
+            'waiting_labels', number, _moved(T, at),
             f'{names.of_view(number)}: {report.status.value}: {_short(report.reason)}',
             LETTER * size, color)
         row += 1
@@ -145,16 +146,20 @@ def _forward(view: RangeView) -> Floats:
     return np.asarray(view.sensor.direction, np.float64)
 
 
-def _axes(T: Floats, length: float) -> tuple[Floats, Floats]:
+def _moved(T: Floats, point: ArrayLike) -> Floats:
+    moved: Floats = T[:3, :3] @ np.asarray(point, np.float64) + T[:3, 3]
+    return moved
+
+
+def _axes(length: float) -> tuple[Floats, Floats]:
     """Return the ends (6, 3) of the axes of a frame, and their colours."""
-    tips = T[:3, 3] + length * T[:3, :3].T
-    ends = np.stack([np.broadcast_to(T[:3, 3], (3, 3)), tips], axis=1).reshape(6, 3)
+    ends = np.zeros((6, 3))
+    ends[1::2] = length * np.eye(3)
     return ends, np.repeat(np.array(AXES), 2, axis=0)
 
 
-def _pyramid(T: Floats, view: RangeView, length: float) -> Floats:
-    """Return the ends (16, 3) of the edges of a pyramid that looks where the sensor does."""
-    forward = _forward(view)
+def _pyramid(forward: Floats, length: float) -> Floats:
+    """Return the ends (16, 3) of the edges of a pyramid that looks `forward`."""
     right = np.cross(np.eye(3)[np.argmin(np.abs(forward))], forward)
     right /= np.linalg.norm(right)
     down = np.cross(forward, right)
@@ -162,13 +167,12 @@ def _pyramid(T: Floats, view: RangeView, length: float) -> Floats:
         length * (forward + 0.4 * x * right + 0.3 * y * down)
         for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
     apex = np.zeros(3)
-    ends = [end for k in range(4) for end in (apex, corners[k], corners[k], corners[k - 1])]
-    moved: Floats = np.array(ends) @ T[:3, :3].T + T[:3, 3]
-    return moved
+    return np.array(
+        [end for k in range(4) for end in (apex, corners[k], corners[k], corners[k - 1])])
 
 
-def _box(T: Floats, low: Floats, high: Floats, color: Color) -> tuple[Floats, Floats]:
+def _box(low: Floats, high: Floats, color: Color) -> tuple[Floats, Floats]:
     """Return the ends (24, 3) of the edges of a box, and their colours."""
     corners = np.array([[(high if a >> k & 1 else low)[k] for k in range(3)] for a in range(8)])
-    ends = (corners @ T[:3, :3].T + T[:3, 3])[np.array(_EDGES).reshape(-1)]
+    ends = corners[np.array(_EDGES).reshape(-1)]
     return ends, np.tile(color, (len(ends), 1))
