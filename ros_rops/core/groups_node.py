@@ -18,6 +18,9 @@ class NodeGroup(Group):
     threads: int = param(
         0, 'Threads of a registration; 0 for all cores. The result does not depend on it.',
         low=0, high=1024)
+    nice: int = param(
+        5, 'By so much registration gives way to what else wants the cores, as `nice` says: the '
+        "sensor's driver, the node's own callbacks and services.", low=0, high=19)
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,6 +4,8 @@
 
 from collections.abc import Callable
 from contextlib import suppress
+import os
+import threading
 import time
 from typing import Any
 
@@ -54,6 +56,9 @@ class Worker:
 
     def run(self) -> None:
         """Work until the tasks are stopped."""
+        with suppress(OSError, AttributeError):  # a system where it cannot be said of a thread
+            # The threads of the kernels have it from this one.
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), self._node.node.nice)
         while (task := self._tasks.get()) is not None:
             try:
                 self._do(task)
