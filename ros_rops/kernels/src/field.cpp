@@ -29,14 +29,27 @@ void frame_grid(Field& field, const std::vector<Oriented>& vertices, int reach) 
   field.nz = static_cast<int>(nz);
 }
 
+// Indices of the keys (0 or more, each less than `end`) in rising order of key, ties as they stand.
+std::vector<std::int32_t> sorted_by(const std::vector<std::int32_t>& keys, std::size_t end) {
+  constexpr int kBits = 11;
+  constexpr std::size_t kDigits = std::size_t{1} << kBits;
+  std::vector<std::int32_t> order(keys.size()), next(keys.size());
+  std::iota(order.begin(), order.end(), 0);
+  for (int shift = 0; shift == 0 || (end - 1) >> shift; shift += kBits) {
+    std::vector<std::int32_t> starts(kDigits + 1, 0);
+    for (const std::int32_t key : keys) ++starts[((key >> shift) & (kDigits - 1)) + 1];
+    std::partial_sum(starts.begin(), starts.end(), starts.begin());
+    for (const std::int32_t i : order) next[starts[(keys[i] >> shift) & (kDigits - 1)]++] = i;
+    order.swap(next);
+  }
+  return order;
+}
+
 void fill_surface(Field& field, const std::vector<Oriented>& vertices,
                   const std::vector<std::uint8_t>& rim) {
   std::vector<std::int32_t> at(vertices.size());
   for (std::size_t i = 0; i < vertices.size(); ++i) at[i] = field.locate(vertices[i].point);
-  std::vector<std::int32_t> order(vertices.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::int32_t a, std::int32_t b) { return at[a] < at[b]; });
+  const std::vector<std::int32_t> order = sorted_by(at, field.nearest.size());
   for (std::size_t k = 0; k < order.size(); ++k) {
     const std::int32_t i = order[k];
     if (k == 0 || at[i] != at[order[k - 1]]) {
@@ -79,17 +92,21 @@ void spread(Field& field, int reach) {
       const int x = g % field.nx, y = g / field.nx % field.ny, z = g / field.nx / field.ny;
       const std::int32_t mine = field.nearest[g];
       const Float3 p = field.surface[mine].point;
-      for (int dz = -1; dz <= 1; ++dz)
-        for (int dy = -1; dy <= 1; ++dy)
-          for (int dx = -1; dx <= 1; ++dx) {
-            const int X = x + dx, Y = y + dy, Z = z + dz;
-            if (X < 0 || Y < 0 || Z < 0 || X >= field.nx || Y >= field.ny || Z >= field.nz)
-              continue;
-            const std::int32_t to = (Z * field.ny + Y) * field.nx + X;
-            const Float3 centre{field.origin.x + (X + 0.5f) * field.cell,
-                              field.origin.y + (Y + 0.5f) * field.cell,
-                              field.origin.z + (Z + 0.5f) * field.cell};
-            const float d = dot(centre - p, centre - p);
+      // Squared distances along each axis of the three cells there.
+      float ex[3], ey[3], ez[3];
+      for (int k = 0; k < 3; ++k) {
+        ex[k] = field.origin.x + (x + k - 1 + 0.5f) * field.cell - p.x, ex[k] *= ex[k];
+        ey[k] = field.origin.y + (y + k - 1 + 0.5f) * field.cell - p.y, ey[k] *= ey[k];
+        ez[k] = field.origin.z + (z + k - 1 + 0.5f) * field.cell - p.z, ez[k] *= ez[k];
+      }
+      const int x0 = x > 0 ? -1 : 0, x1 = x + 1 < field.nx ? 1 : 0;
+      const int y0 = y > 0 ? -1 : 0, y1 = y + 1 < field.ny ? 1 : 0;
+      const int z0 = z > 0 ? -1 : 0, z1 = z + 1 < field.nz ? 1 : 0;
+      for (int dz = z0; dz <= z1; ++dz)
+        for (int dy = y0; dy <= y1; ++dy)
+          for (int dx = x0; dx <= x1; ++dx) {
+            const std::int32_t to = g + (dz * field.ny + dy) * field.nx + dx;
+            const float d = ex[dx + 1] + ey[dy + 1] + ez[dz + 1];
             if (d >= distance[to]) continue;
             if (distance[to] == INFINITY) next.push_back(to);
             distance[to] = d;
