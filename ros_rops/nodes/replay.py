@@ -66,7 +66,9 @@ class Replay:
         config = self._config
         outlets = Outlets(
             self._node, self._pump, playback, tf=config.tf, clock=config.mode == 'clock')
-        voice = Voice(self._node, playback)
+        whole = playback.count is not None and not config.start_offset_s
+        voice = Voice(
+            self._node, playback, (playback.count or 0) * config.loops if whole else None)
         mode = (
             ByClock(self._pump, playback, outlets, config, voice) if config.mode == 'clock'
             else LockStep(self._node, self._pump, playback, outlets, config, voice))
@@ -123,8 +125,7 @@ def run_replay(args: Sequence[str] | None = None) -> int:
         listened or answered, 2 for a recording or a parameter that cannot be.
     """
     try:
-        rclpy.init(args=args,
-            signal_handler_options=SignalHandlerOptions.NO)
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:  # rclpy tells by its own errors what is wrong with --ros-args
         sys.stderr.write(f'{error}\n')
         return MISTAKE

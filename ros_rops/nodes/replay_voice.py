@@ -34,12 +34,14 @@ class Voice:
     ----------
     node : Node
     playback : Playback
+    count : int or None
+        Frames that will be sent, as far as that is known.
     """
 
-    def __init__(self, node: Node, playback: Playback) -> None:
+    def __init__(self, node: Node, playback: Playback, count: int | None) -> None:
         self.tally = Tally()
         self._logger = node.get_logger()
-        self._count, self._start_ns = playback.count, playback.start_ns
+        self._count, self._start_ns = count, playback.start_ns
         self._said = time.monotonic()
 
     def sent(self, frame: Piece) -> None:

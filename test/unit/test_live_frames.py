@@ -16,7 +16,7 @@ from ros_rops.core.errors import ParameterError
 from ros_rops.core.frame import Frame
 from ros_rops.recordings import cdr
 from ros_rops.recordings.frames import read_frames
-from ros_rops.recordings.live_frames import LiveFrames, live_plan
+from ros_rops.recordings.live_frames import live_plan, LiveFrames
 from ros_rops.recordings.messages import Channel, RawMessage
 from ros_rops.recordings.reader import BadView
 from ros_rops.recordings.storage import open_storage
