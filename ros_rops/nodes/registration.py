@@ -13,7 +13,8 @@ from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from ros_rops.core.config import Config
 from ros_rops.core.errors import InputError
 from ros_rops.core.node_config import NodeConfig
-from ros_rops.live.words import Answer, StationState
+from ros_rops.live.words import Answer
+from ros_rops.nodes.idle_health import IdleHealth
 from ros_rops.nodes.inputs import Inputs
 from ros_rops.nodes.parameters import Settings
 from ros_rops.nodes.services import Services
@@ -55,6 +56,7 @@ class RegistrationNode(CarefulLifecycleNode):
         self._tf: TfInput | None = None
         self._settings = Settings(self, self._reconfigure)
         self._doors = Services(self, self._ask)
+        self._idle = IdleHealth(self)
         # Of a clock that goes on when simulated time stands still.
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer_group = MutuallyExclusiveCallbackGroup()
@@ -196,17 +198,19 @@ class RegistrationNode(CarefulLifecycleNode):
 
     def _diagnose(self) -> None:
         outputs, station, inputs = self._outputs, self._station, self._inputs
-        if outputs is not None:
-            state = station.state() if station is not None else StationState()
-            inlets = inputs.inlets() if inputs is not None else ()
-            extra = {'last failure': self.last_failure} if self.last_failure else {}
-            self._guarded(lambda: outputs.diagnostics(state, self.label, extra, inlets))
+        extra = {'last failure': self.last_failure} if self.last_failure else {}
+        if outputs is None or station is None:
+            self._guarded(lambda: self._idle.publish(self.label, extra))
+            return
+        inlets = inputs.inlets() if inputs is not None else []
+        self._guarded(
+            lambda: outputs.diagnostics(station.state(), self.label, extra, inlets))
 
     def _guarded(self, call: Any) -> None:
         try:
             call()
         except Exception as error:  # the executor would end with it
-            if self.context.ok() and self._outputs is not None:
+            if self.context.ok():
                 self.get_logger().error(f'{error!r}', throttle_duration_sec=10.0)
 
 

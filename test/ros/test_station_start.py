@@ -24,7 +24,8 @@ def test_unconfigured_everything_may_change(tmp_path):
         assert not set_values(client, rops__radius_mr=20.0)[0][0]
         assert client.change(CLEANUP)
         other = tmp_path / 'other'
-        assert set_values(client, rops__radius_mr=20.0, output__folder=str(other)) == [(True, '')] * 2
+        results = set_values(client, rops__radius_mr=20.0, output__folder=str(other))
+        assert results == [(True, '')] * 2
         assert client.change(CONFIGURE)
         assert str(other) in client.ask('save')[1]
         assert not set_values(client, rops__radius_mr=21.0)[0][0]
