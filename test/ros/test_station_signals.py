@@ -24,7 +24,7 @@ HANDLED = QoSProfile(depth=1000)
 
 def _views(folder) -> int:
     """Return how many views are in the journal, which is whole."""
-    [path] = folder.glob('*/journal.mcap')
+    [path] = folder.glob('run_*/journal.mcap')
     past = Past(path)
     views = sum(len(entry.views) for entry in past)
     assert (past.torn, past.damage) == (0, ''), path
@@ -82,7 +82,7 @@ def test_what_was_cut_off_is_there_after_resume(tmp_path):
     views = _views(tmp_path)
     with station(tmp_path, {'resume': True}) as (_, client):
         assert client.ask('remove_last_view')[0]
-        assert len(list(tmp_path.glob('*/journal.mcap'))) == 1
+        assert len(list(tmp_path.glob('run_*/journal.mcap'))) == 1
     assert _views(tmp_path) == views
 
 
