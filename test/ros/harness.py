@@ -186,9 +186,7 @@ class Client:
         self, kind: type, name: str, request: Any = None, patience_s: float = PATIENCE_S
     ) -> Any:
         """Call a service, and return its response."""
-        if name not in self._clients:
-            self._clients[name] = self.node.create_client(kind, name)
-        client = self._clients[name]
+        client = self._client(kind, name)
         wait_for(client.service_is_ready, f'the service {name}', patience_s)
         future = client.call_async(kind.Request() if request is None else request)
         return wait_for(lambda: future.done() and future.result(), f'{name} answers', patience_s)
@@ -216,6 +214,15 @@ class Client:
     def wait_state(self, label: str, node: str = NODE) -> None:
         wait_for(lambda: self.state(node) == label, f'{node} is {label}')
 
+    def ready(self, kind: type, name: str) -> bool:
+        """Tell whether a service is there."""
+        return bool(self._client(kind, name).service_is_ready())
+
+    def _client(self, kind: type, name: str) -> Any:
+        if name not in self._clients:
+            self._clients[name] = self.node.create_client(kind, name)
+        return self._clients[name]
+
     def _spin(self) -> None:
         with contextlib.suppress(ExternalShutdownException):
             self._executor.spin()
@@ -232,6 +239,9 @@ def station(
     arguments = [*ros_arguments(given, remap), *words]
     with NodeProcess(
             'registration_node', arguments, expected=expected) as process, Client() as client:
+        wait_for(lambda: process.code is not None or client.ready(GetState, f'{node}/get_state'),
+                 'the node')
+        assert process.code is None, process.output
         client.wait_state(state, node)
         yield process, client
 
