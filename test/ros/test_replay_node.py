@@ -13,14 +13,14 @@ import numpy as np
 import pytest
 from reference.bags import cloud, image, info, SECOND, transform, write_bag
 
-pytest.importorskip('rclpy', reason='no rclpy on this platform')
-from ros.listener import Listener, replay  # noqa: I100
-from ros_rops.core.types import RangeView
-from ros_rops.recordings.mcap_files import create_mcap
-from ros_rops.recordings.messages import Channel, Decoder, RawMessage
-from ros_rops.recordings.storage import open_storage
-from ros_rops.recordings.view_facts import decode_facts
-from rosgraph_msgs.msg import Clock  # noqa: I100
+rclpy = pytest.importorskip('rclpy', reason='no rclpy on this platform')
+from ros.listener import Listener, replay  # noqa: E402, I100
+from ros_rops.core.types import RangeView  # noqa: E402
+from ros_rops.recordings.mcap_files import create_mcap  # noqa: E402
+from ros_rops.recordings.messages import Channel, Decoder, RawMessage  # noqa: E402
+from ros_rops.recordings.storage import open_storage  # noqa: E402
+from ros_rops.recordings.view_facts import decode_facts  # noqa: E402
+from rosgraph_msgs.msg import Clock  # noqa: E402, I100
 
 DEPTH_TOPICS = ('depth/image', 'depth/camera_info', 'color/image')
 SHAPE = (6, 8)

@@ -12,12 +12,12 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip('rclpy', reason='no rclpy on this platform')
-from ros.harness import ROOT, station, wait_for  # noqa: I100
-from ros.listener import replay
-from ros_rops.cli.main import main
-from ros_rops.recordings.frames import frame_view, read_frames
-from ros_rops.recordings.mcap_files import create_mcap
+rclpy = pytest.importorskip('rclpy', reason='no rclpy on this platform')
+from ros.harness import ROOT, station, wait_for  # noqa: E402, I100
+from ros.listener import replay  # noqa: E402
+from ros_rops.cli.main import main  # noqa: E402
+from ros_rops.recordings.frames import frame_view, read_frames  # noqa: E402
+from ros_rops.recordings.mcap_files import create_mcap  # noqa: E402
 
 BAGS = ROOT / 'bags'
 BEAR = Path(os.environ.get('ROPS_DATA', ROOT.parent / 'shared' / 'data')).parent / (
