@@ -136,6 +136,8 @@ def _input(state: StationState, lifecycle: str, inlets: tuple[Inlet, ...]) -> He
 def _queue(state: StationState, lately: Lately) -> Health:
     text = (f'{_count(state.waiting_frames, "frame")} and {_count(state.waiting_views, "view")} '
             'waiting')
+    if not state.waiting_frames and not state.waiting_views:
+        text = 'nothing is waiting'
     level = Level.OK
     if state.dropped:
         text += f'; {_count(state.dropped, "frame")} dropped so far: the queue was full'

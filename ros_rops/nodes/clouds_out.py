@@ -33,7 +33,7 @@ class CloudsOut:
         self._wire, self._names, self._each = wire, names, config.objects
         self._assembly = Assembly(config.spacing_mr, config.most_points)
         self._all = wire.publisher(PointCloud2, 'assembled')
-        self._objects: dict[int, Publisher] = {}
+        self._objects: dict[int, Publisher | None] = {}
         self._sent: dict[int, object] = {}
         self._last = PointCloud2()
         self._last_key: object = None

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Publishers of one owner: sending from any thread, also while the node goes down."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 import threading
 from typing import Any
 
@@ -32,28 +34,31 @@ class Wire:
         self._publishers: list[Publisher] = []
         self._closed = False
 
-    def publisher(self, kind: type, topic: str, qos: QoSProfile | int = LATCHED) -> Publisher:
-        """Make a publisher; `topic` is relative to the node's namespace, or begins with '/'."""
+    def publisher(
+        self, kind: type, topic: str, qos: QoSProfile | int = LATCHED
+    ) -> Publisher | None:
+        """
+        Make a publisher; None when closed, or when ROS was shut down meanwhile.
+
+        `topic` is relative to the node's namespace, or begins with '/'.
+        """
         latched = isinstance(qos, QoSProfile) and (
             qos.durability is DurabilityPolicy.TRANSIENT_LOCAL)
-        found = self._node.create_publisher(
-            kind, topic, qos, event_callbacks=NO_EVENTS if latched else None)
-        with self._lock:
-            self._publishers.append(found)
-        return found
+        with self._lock, self._going_down():
+            if not self._closed:
+                found = self._node.create_publisher(
+                    kind, topic, qos, event_callbacks=NO_EVENTS if latched else None)
+                self._publishers.append(found)
+                return found
+        return None
 
-    def send(self, publisher: Publisher, message: Any) -> None:
+    def send(self, publisher: Publisher | None, message: Any) -> None:
         """Send a message; nothing when closed, or when ROS was shut down meanwhile."""
-        with self._lock:
-            if self._closed or publisher not in self._publishers:
-                return
-            try:
+        with self._lock, self._going_down():
+            if publisher in self._publishers:
                 publisher.publish(message)
-            except Exception:
-                if self._node.context.ok():
-                    raise
 
-    def remove(self, publisher: Publisher) -> None:
+    def remove(self, publisher: Publisher | None) -> None:
         """Take a publisher away, and what it latched with it."""
         with self._lock:
             if publisher in self._publishers:
@@ -66,3 +71,12 @@ class Wire:
             self._closed = True
             while self._publishers:
                 self._node.destroy_publisher(self._publishers.pop())
+
+    @contextmanager
+    def _going_down(self) -> Iterator[None]:
+        """Let errors go by that come of ROS having been shut down."""
+        try:
+            yield
+        except Exception:
+            if self._node.context.ok():
+                raise

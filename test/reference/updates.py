@@ -23,7 +23,7 @@ def pose(rng, distance=0.5):
 
 
 def ball(rng, count=COUNT, radius=0.1):
-    """Return points of a ball (N, 3) and their normals."""
+    """Return points on a sphere with their normals, both (N, 3)."""
     normals = rng.normal(size=(count, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     return radius * normals, normals
@@ -55,7 +55,7 @@ class Station:
 
     @property
     def scale(self):
-        """What a metre is in `units`."""
+        """Return what a metre is in `units`."""
         return 1000.0 if self.units == 'mm' else 1.0
 
     def see(self, name, object_id=None, *, frame_id='camera', T_sensor_object=None,
@@ -91,7 +91,7 @@ class Station:
             if name in members:
                 members.remove(name)
 
-    def T_object_view(self, object_id, name):
+    def T_object_view(self, object_id, name):  # noqa: N802
         """Return the pose in metres: that of the first view's frame is the object's."""
         first = self.places[self.members[object_id][0]]
         return first @ np.linalg.inv(self.places[name])
