@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from reference.updates import Station
 
-pytest.importorskip('rclpy', reason='no rclpy on this platform')
-from ros.harness import LATCHED, wait_for  # noqa: I100
-from ros.outputs_beside import last, outputs, two_objects
-from ros_rops.core.groups_node import PublishConfig
-from ros_rops.live.words import Update
-from sensor_msgs.msg import PointCloud2, PointField
-from visualization_msgs.msg import MarkerArray
+rclpy = pytest.importorskip('rclpy', reason='no rclpy on this platform')
+from ros.harness import LATCHED, wait_for  # noqa: E402, I100
+from ros.outputs_beside import last, outputs, two_objects  # noqa: E402
+from ros_rops.core.groups_node import PublishConfig  # noqa: E402
+from ros_rops.live.words import Update  # noqa: E402
+from sensor_msgs.msg import PointCloud2, PointField  # noqa: E402
+from visualization_msgs.msg import MarkerArray  # noqa: E402
 
 
 def field(cloud, name):

@@ -6,18 +6,18 @@ import threading
 
 import pytest
 
-pytest.importorskip('rclpy', reason='no rclpy on this platform')
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus  # noqa: I100
-from ros.harness import LATCHED, RELIABLE
-from ros.outputs_beside import last, outputs, two_objects
-from ros_rops.core.groups_node import PublishConfig
-from ros_rops.core.types import Status
-from ros_rops.intake.reports import FrameReport, Word
-from ros_rops.live.health import Inlet
-from ros_rops.live.words import Handled, StationState, Update
-from sensor_msgs.msg import PointCloud2
-from std_msgs.msg import Header
-from visualization_msgs.msg import MarkerArray
+rclpy = pytest.importorskip('rclpy', reason='no rclpy on this platform')
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus  # noqa: E402, I100
+from ros.harness import LATCHED, RELIABLE  # noqa: E402
+from ros.outputs_beside import last, outputs, two_objects  # noqa: E402
+from ros_rops.core.groups_node import PublishConfig  # noqa: E402
+from ros_rops.core.types import Status  # noqa: E402
+from ros_rops.intake.reports import FrameReport, Word  # noqa: E402
+from ros_rops.live.health import Inlet  # noqa: E402
+from ros_rops.live.words import Handled, StationState, Update  # noqa: E402
+from sensor_msgs.msg import PointCloud2  # noqa: E402
+from std_msgs.msg import Header  # noqa: E402
+from visualization_msgs.msg import MarkerArray  # noqa: E402
 
 
 def test_the_scene_as_a_viewer_has_it():
