@@ -98,11 +98,15 @@ class Worker:
         if admitted.views:
             self._board.do(f'registering {admitted.report.name}')
         self._run.saved = False
+        # What waits is tried again when a view is placed: nobody has to wait for that.
+        session = self._ledger.session
+        session.joined = self._tell
         report = self._ledger.place(admitted)
+        session.joined = _nothing
         self._tell_failures()
         if not admitted.views:
             return
-        self._tell()
+        self._tell(again=False)
         if arrival is not None:
             self._board.latency_s = time.monotonic() - arrival.at_s
             self._voice.handled(report, arrival)
@@ -189,10 +193,12 @@ class Worker:
             self._board.fail(text)
         self._ledger.failures.clear()
 
-    def _tell(self) -> None:
+    def _tell(self, *, again: bool = True) -> None:
         session = self._ledger.session
         reports = session.reports
         changed = tuple(r for r in reports if not _same(self._last.get(r.name), r))
+        if not (changed or again):
+            return
         self._last = {report.name: report for report in reports}
         update = Update(
             session.objects, dict(session.views), dict(session.prepared), reports, changed,
@@ -205,6 +211,10 @@ class Worker:
 def _same(before: ViewReport | None, now: ViewReport) -> bool:
     return before is not None and (
         before.status is now.status and before.object_id == now.object_id)
+
+
+def _nothing() -> None:
+    pass
 
 
 def _counted(count: int, what: str) -> str:

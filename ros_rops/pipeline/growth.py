@@ -8,7 +8,7 @@ it plausible, best first; where two fit they become one, which is then a newcome
 left waits, and tries again when the shapes have grown.
 """
 
-from collections.abc import Mapping, MutableMapping, Sequence
+from collections.abc import Callable, Mapping, MutableMapping, Sequence
 from dataclasses import replace
 import time
 
@@ -37,11 +37,13 @@ class Growth:
         Wall seconds by stage, added to.
     watch : StationWatch
         Told of what was placed, asked for what is known of poses.
+    joined : callable
+        Called when shapes have become one, before what waits is tried against it.
     """
 
     def __init__(
         self, config: Config, threads: int, seconds: MutableMapping[str, float],
-        watch: StationWatch,
+        watch: StationWatch, joined: Callable[[], None] = lambda: None,
     ) -> None:
         self.trace: list[Attempt] = []
         self._config = config
@@ -54,6 +56,7 @@ class Growth:
         self._object_ids: dict[int, int] = {}
         self._chances = Chances(config, threads, seconds)
         self._watch = watch
+        self._joined = joined
         self._words = Words()
         self._residuals: dict[int, list[float]] = {}
         self._next_key = 0
@@ -231,7 +234,7 @@ class Growth:
             record = replace(record, status=result.status, reason=result.reason)
         merged = None
         try:
-            merged = self._joined(small, large, result)
+            merged = self._grown(small, large, result)
         except ViewError as error:
             # Only together do the two extend too far: the pose is of no use then.
             result = replace(
@@ -245,9 +248,10 @@ class Growth:
         self._words.placed((*small.members, *large.members), result)
         key = self._merge(chance.smaller, chance.larger, merged)
         self._residuals[key] = [*past, result.numbers['residual_mr']]
+        self._joined()
         return key
 
-    def _joined(self, small: Shape, large: Shape, result: PairResult) -> Shape | None:
+    def _grown(self, small: Shape, large: Shape, result: PairResult) -> Shape | None:
         if result.status is not Status.PLACED or result.T_target_source is None:
             return None
         started = time.perf_counter()

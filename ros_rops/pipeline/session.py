@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The engine's state: unordered views come in, one shape per object grows (IV)."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 import time
 from types import MappingProxyType
 
@@ -39,6 +39,12 @@ class Session:
     units : {'m', 'mm'}, optional
         Of everything that comes out; by default those of the first view that states its units.
 
+    Attributes
+    ----------
+    joined : callable
+        Called within `add` and `finish` when views have found their place, while others are still
+        tried: `objects` and `reports` may be read then.
+
     Examples
     --------
     >>> session = Session()
@@ -57,7 +63,9 @@ class Session:
         self._aside: dict[str, ViewReport] = {}
         self._seconds = dict.fromkeys(SECONDS, 0.0)
         self._watch = StationWatch(self.config.prior)
-        self._growth = Growth(self.config, threads, self._seconds, self._watch)
+        self.joined: Callable[[], None] = lambda: None
+        self._growth = Growth(
+            self.config, threads, self._seconds, self._watch, lambda: self.joined())
         self._refinement = Refinement(
             self._growth, self._watch, self._prepared, self.config, threads)
 

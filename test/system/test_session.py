@@ -221,3 +221,29 @@ def test_stated_units_may_be_mixed():
 def test_wrong_parameters_are_named(name, value):
     with pytest.raises(ParameterError, match=name.replace('.', r'\.')):
         Config.from_flat({name: value})
+
+
+def test_who_waits_for_a_view_is_told_before_others_are_tried():
+    """Truth: the state when told is that of a join, and being told changes nothing."""
+    captures = arc('blob', 4)
+    session, silent = Session(threads=2), Session(threads=2)
+    heard = []
+    session.joined = lambda: heard.append((
+        session.attempts, [report.status for report in session.reports],
+        sum(len(shape.views) for shape in session.objects)))
+    for capture in captures:
+        before = len(heard)
+        report = session.add(capture.view)
+        assert report == silent.add(capture.view)
+        if report.status is Status.PLACED:
+            attempts, statuses, placed = heard[before]
+            assert attempts <= session.attempts
+            assert statuses[-1] is Status.PLACED and statuses.count(Status.PLACED) == placed
+        else:
+            assert len(heard) == before
+    assert len(heard) == 3
+    session.finish()
+    silent.finish()
+    for one, other in zip(session.objects, silent.objects, strict=True):
+        assert [view.T_object_view.tobytes() for view in one.views] == [
+            view.T_object_view.tobytes() for view in other.views]
