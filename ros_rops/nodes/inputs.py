@@ -85,7 +85,7 @@ class _Input:
 
     @property
     def topic(self) -> str:
-        """The topic's whole name."""
+        """Return the topic's whole name."""
         return str(self._subscription.topic_name)
 
     def inlet(self) -> Inlet:

@@ -43,7 +43,7 @@ class CarefulLifecycleNode(LifecycleNodeMixin, Node):
 
     @property
     def label(self) -> str:
-        """The state's name, such as `active` or `configuring`."""
+        """Return the state's name, such as `active` or `configuring`."""
         return str(self._state_machine.current_state[1])
 
     def move(self, *triggers: Callable[[], TransitionCallbackReturn]) -> bool:

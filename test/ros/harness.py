@@ -99,7 +99,7 @@ class NodeProcess:
 
     @property
     def code(self) -> int | None:
-        """The exit code; None while it runs."""
+        """Return the exit code; None while it runs."""
         return self._process.poll()
 
     def says(self, text: str) -> str:

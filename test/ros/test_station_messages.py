@@ -3,7 +3,7 @@
 """
 Clouds to the registration node over the wire, good ones and others.
 
-Truth: what was sent; the poses that a Session finds in the same clouds without a node.
+Truth: what was sent; the poses found in the good clouds alone.
 """
 
 import array
@@ -20,10 +20,14 @@ import pytest
 rclpy = pytest.importorskip('rclpy', reason='no rclpy on this platform')
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus  # noqa: E402, I100
 from rclpy.qos import QoSProfile  # noqa: E402
-from rclpy.serialization import deserialize_message, serialize_message  # noqa: E402
+from rclpy.serialization import serialize_message  # noqa: E402
 from ros.harness import (  # noqa: E402
     Client, demo_clouds, LATCHED, ROOT, station, wait_for)
-from ros_rops.cli.main import main as rops  # noqa: E402
+from ros.parameter_client import set_values  # noqa: E402
+from ros_rops.core.config import Config  # noqa: E402
+from ros_rops.core.node_config import NodeConfig  # noqa: E402
+from ros_rops.live.station import Station  # noqa: E402
+from ros_rops.recordings.messages import Channel, RawMessage  # noqa: E402
 from sensor_msgs.msg import PointCloud2, PointField  # noqa: E402
 from std_msgs.msg import Header  # noqa: E402
 
@@ -64,6 +68,10 @@ def _bad_ones() -> list[bytes]:
     ]
 
 
+def _wait_words(handled: list, count: int) -> None:
+    wait_for(lambda: len(handled) >= count, f'a word on message {count}')
+
+
 def test_bad_messages_between_good_ones_change_nothing(tmp_path):
     clouds, bad = demo_clouds(FEW), _bad_ones()
     poses = {}
@@ -77,20 +85,20 @@ def test_bad_messages_between_good_ones_change_nothing(tmp_path):
                 for message in [*others[k::FEW], cloud]:
                     publisher.publish(message)
                     sent += 1
-                    wait_for(lambda sent=sent: len(handled) >= sent, f'a word on message {sent}')
+                    _wait_words(handled, sent)
             assert client.ask('save')[0]
             path = tmp_path / name / 'latest' / 'poses.json'
             wait_for(path.exists, 'the result')
             assert client.state() == 'active' and process.code is None
         poses[name] = json.loads(path.read_text(encoding='utf-8'))
-        assert len([report for report in reports if 'bad' in str(report.values).lower()]) >= len(
-            others) // 2
+        assert sum('bad' in str(report.values) for report in reports) == (8 if others else 0)
+    good = {view['name'] for view in poses['pure']['views']}
     found = {
-        name: [(view['name'], view['status'], view.get('pose')) for view in document['views']
-               if view['name'] in {item['name'] for item in poses['pure']['views']}]
+        name: [(view['name'], view['status'], view['reason'], view.get('object'))
+               for view in document['views'] if view['name'] in good]
         for name, document in poses.items()}
     assert found['mixed'] == found['pure']
-    assert any(status == 'placed' for _, status, _ in found['pure'])
+    assert poses['mixed']['objects'] == poses['pure']['objects'] != []
 
 
 def test_late_joiner_gets_the_model(tmp_path):
@@ -99,7 +107,7 @@ def test_late_joiner_gets_the_model(tmp_path):
         publisher = client.publisher(PointCloud2, 'views')
         for k, cloud in enumerate(demo_clouds(FEW)):
             publisher.publish(cloud)
-            wait_for(lambda k=k: len(handled) > k, 'a word')
+            _wait_words(handled, k + 1)
         seen = client.collect(PointCloud2, 'assembled', LATCHED)
         wait_for(lambda: seen and seen[-1].width > 1000, 'the model')
         with Client('late') as late:
@@ -116,7 +124,7 @@ def test_inactive_takes_no_views_and_keeps_its_state(tmp_path):
         clouds = demo_clouds(4)
         for k, cloud in enumerate(clouds[:2]):
             publisher.publish(cloud)
-            wait_for(lambda k=k: len(handled) > k, 'a word')
+            _wait_words(handled, k + 1)
         assert client.change('deactivate')
         wait_for(lambda: publisher.get_subscription_count() == 0, 'nobody listens')
         publisher.publish(clouds[2])
@@ -168,14 +176,12 @@ def test_on_request_only_the_frame_asked_for_is_taken(tmp_path):
             if k == 1:
                 assert client.ask('capture')[0]
             publisher.publish(cloud)
-            wait_for(lambda k=k: len(handled) > k, 'a word')
+            _wait_words(handled, k + 1)
         wait_for(lambda: reports, 'a report')
         assert [report.name for report in reports] == ['views@1700000001000000000']
 
 
 def test_live_change_of_the_selection_acts_on_what_follows(tmp_path):
-    from ros.parameter_client import set_values
-
     with station(tmp_path) as (_, client):
         handled = client.collect(Header, 'handled', HANDLED)
         publisher = client.publisher(PointCloud2, 'views')
@@ -184,7 +190,7 @@ def test_live_change_of_the_selection_acts_on_what_follows(tmp_path):
             if k == 2:
                 assert set_values(client, selection__method='request') == [(True, '')]
             publisher.publish(cloud)
-            wait_for(lambda k=k: len(handled) > k, 'a word')
+            _wait_words(handled, k + 1)
 
         def counted():
             values = {item.key: item.value for message in health[-1:]
@@ -203,12 +209,7 @@ def test_simulated_time_that_stands_still_stops_nothing(tmp_path):
 
 
 def test_callback_only_hands_on():
-    """4.9 MB, p99 under 5 ms of the thread's own time: what the machine's load adds is not ours."""
-    from ros_rops.core.config import Config
-    from ros_rops.core.node_config import NodeConfig
-    from ros_rops.live.station import Station
-    from ros_rops.recordings.messages import Channel, RawMessage
-
+    """4.9 MB; p99 of the thread's own time: what others do on the machine is not ours."""
     station_ = Station(Config(), NodeConfig(), ROOT, object())
     station_.accept(True)
     data, channel = bytes(4_915_200), Channel('views', 'sensor_msgs/msg/PointCloud2', 'cdr')
@@ -225,29 +226,3 @@ def test_callback_only_hands_on():
     thread.join()
     assert np.percentile(times, 99) < 0.005
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < 4_000_000
-
-
-def test_result_is_that_of_the_command(tmp_path):
-    """The first views of bags/demo.mcap, by the node and by `rops replay`."""
-    with station(tmp_path) as (_, client):
-        handled = client.collect(Header, 'handled', HANDLED)
-        publisher = client.publisher(PointCloud2, 'views')
-        clouds = demo_clouds()
-        for k, cloud in enumerate(clouds):
-            assert deserialize_message(cloud, PointCloud2).header.frame_id
-            publisher.publish(cloud)
-            wait_for(lambda k=k: len(handled) > k, 'a word')
-        assert client.ask('finish')[0] and client.ask('save')[0]
-        path = tmp_path / 'latest' / 'poses.json'
-        wait_for(path.exists, 'the result', 60.0)
-    assert rops(['replay', str(ROOT / 'bags' / 'demo.mcap'), '--out',
-                 str(tmp_path / 'replay')]) == 0
-    live = json.loads(path.read_text(encoding='utf-8'))
-    replayed = json.loads((tmp_path / 'replay' / 'poses.json').read_text(encoding='utf-8'))
-    assert _placed(live) == _placed(replayed)
-
-
-def _placed(document: dict) -> list:
-    """Return objects and poses in order; names differ by their topic."""
-    return [(view['status'], view.get('object'), view.get('T_object_view'))
-            for view in document['views']]

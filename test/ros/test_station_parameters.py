@@ -91,8 +91,9 @@ def test_dump_of_a_running_node_is_a_file_for_rops(running, tmp_path):
 
 def test_live_parameters_change_while_active(running):
     _, client = running
-    assert set_values(client, selection__method='stride', segmentation__far_m=1.5,
-                publish__tf_rate_hz=5.0) == [(True, '')] * 3
+    assert set_values(
+        client, selection__method='stride', segmentation__far_m=1.5,
+        publish__tf_rate_hz=5.0) == [(True, '')] * 3
     assert get_values(client, 'selection.method', 'segmentation.far_m') == ['stride', 1.5]
     assert client.ask('save')[0]
 
@@ -101,8 +102,9 @@ def test_what_cannot_be_is_refused_and_stays(running):
     _, client = running
     names = ('selection.method', 'segmentation.far_m', 'selection.stride', 'autostart')
     before = get_values(client, *names)
-    results = set_values(client, selection__method='sometimes', segmentation__far_m=-1.0,
-                   selection__stride='many', autostart=False)
+    results = set_values(
+        client, selection__method='sometimes', segmentation__far_m=-1.0,
+        selection__stride='many', autostart=False)
     assert not any(success for success, _ in results)
     assert 'sometimes' in results[0][1] and 'request' in results[0][1]
     assert 'segmentation.far_m' in results[1][1]

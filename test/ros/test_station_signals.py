@@ -13,8 +13,10 @@ import time
 import pytest
 
 rclpy = pytest.importorskip('rclpy', reason='no rclpy on this platform')
-from rclpy.qos import QoSProfile  # noqa: E402, I100
-from ros.harness import demo_clouds, NodeProcess, ros_arguments, station, wait_for  # noqa: E402
+from diagnostic_msgs.msg import DiagnosticStatus  # noqa: E402, I100
+from rclpy.qos import QoSProfile  # noqa: E402
+from ros.harness import (  # noqa: E402
+    demo_clouds, LATCHED, NodeProcess, ros_arguments, station, wait_for)
 from ros_rops.intake.past import Past  # noqa: E402
 from sensor_msgs.msg import PointCloud2  # noqa: E402
 from std_msgs.msg import Header  # noqa: E402
@@ -84,6 +86,27 @@ def test_what_was_cut_off_is_there_after_resume(tmp_path):
         assert client.ask('remove_last_view')[0]
         assert len(list(tmp_path.glob('run_*/journal.mcap'))) == 1
     assert _views(tmp_path) == views
+
+
+def test_killed_and_resumed(tmp_path):
+    """Killed, nothing can be cleaned up: what had its word stands where it stood."""
+    with station(tmp_path, expected=(-signal.SIGKILL,)) as (process, client):
+        handled = client.collect(Header, 'handled', HANDLED)
+        reports = client.collect(DiagnosticStatus, 'view_reports', LATCHED)
+        publisher = client.publisher(PointCloud2, 'views')
+        for k, cloud in enumerate(demo_clouds(5)):
+            publisher.publish(cloud)
+            wait_for(lambda k=k: len(handled) > k, 'a word')
+        wait_for(lambda: len({report.name for report in reports}) == 5, 'reports')
+        stood = {report.name: report.message for report in reports}
+        publisher.publish(demo_clouds(6)[5])
+        process.end(signal.SIGKILL)
+    with station(tmp_path, {'resume': True}) as (_, client):
+        resumed = client.collect(DiagnosticStatus, 'view_reports', LATCHED)
+        wait_for(lambda: stood.items() <= {
+            report.name: report.message for report in resumed}.items() or len(
+                {report.name for report in resumed}) == 6, 'the views of before')
+        assert stood.keys() <= {report.name for report in resumed}
 
 
 @pytest.mark.parametrize('delay', [0.2, 0.35, 0.5, 0.7, 0.9, 1.2])

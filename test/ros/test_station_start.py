@@ -9,7 +9,7 @@ Truth: the values given; what the dataclasses of core/config.py allow.
 import pytest
 
 rclpy = pytest.importorskip('rclpy', reason='no rclpy on this platform')
-from ros.harness import NodeProcess, ros_arguments, ROOT, station  # noqa: E402, I100
+from ros.harness import NodeProcess, ROOT, ros_arguments, station  # noqa: E402, I100
 from ros.parameter_client import get_values, set_values  # noqa: E402
 from ros_rops.core.config import Config  # noqa: E402
 from ros_rops.core.node_config import NodeConfig  # noqa: E402
