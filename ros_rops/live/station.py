@@ -18,13 +18,14 @@ from ros_rops.live.inbox import Inbox
 from ros_rops.live.inputs import background_of
 from ros_rops.live.run import begin_run, LiveRun, resume_run
 from ros_rops.live.sorter import Capture, Reset, Sorter
-from ros_rops.live.tasks import Command, Configure, Tasks
+from ros_rops.live.tasks import Begin, Command, Configure, Place, Tasks
 from ros_rops.live.voice import Voice
 from ros_rops.live.warmup import warm_up
 from ros_rops.live.words import Answer, Listener, StationState
 from ros_rops.live.worker import Worker
 from ros_rops.recordings.live_frames import live_plan
 from ros_rops.recordings.messages import RawMessage
+from ros_rops.recordings.topics import CLOUD, IMAGE
 
 DYNAMIC = ('selection', 'segmentation')
 """Groups of parameters that may change while the station works."""
@@ -58,7 +59,9 @@ class Station:
         self._config, self._node, self._parent, self._lookup = config, node, folder, lookup
         self._board = Board()
         self._voice = Voice(listener, self._board)
-        self._plan = live_plan(node.input.kind, color=node.input.color)
+        plan = live_plan(node.input.kind, color=node.input.color)
+        self._framing = {
+            *((topic, CLOUD) for topic in plan.clouds), *((topic, IMAGE) for topic in plan.depths)}
         self._inbox = Inbox(
             node.input.most_frames, node.input.most_mb * 1_000_000,
             refuse=config.selection.method in ONE_SHOT)
@@ -188,12 +191,12 @@ class Station:
             return True
         sorter, worker = self._threads
         sorter.join(max(0.0, deadline - time.monotonic()))
-        if self._journal != 'whole' and self._tasks.views:
-            self._board.fail(f'{self._tasks.views} views that waited are lost: without a whole '
-                             f'journal nothing has them')
         self._tasks.stop()
         worker.join(max(0.0, deadline - time.monotonic()))
-        return not (sorter.is_alive() or worker.is_alive())
+        if sorter.is_alive() or worker.is_alive():
+            return False
+        self._leave()
+        return True
 
     def _make_threads(self, run: LiveRun, background: Frame | None) -> None:
         self._sorter = Sorter(
@@ -206,8 +209,18 @@ class Station:
             threading.Thread(target=target, name=name, daemon=True)
             for target, name in ((self._sorter.run, 'sorter'), (worker.run, 'worker'))]
 
+    def _leave(self) -> None:
+        """Let go of what the threads left, and say what is lost by it."""
+        left = self._tasks.rest()
+        for task in left:
+            if isinstance(task, Begin):
+                task.run.release()
+        views = sum(len(task.admitted.views) for task in left if isinstance(task, Place))
+        if views and self._journal != 'whole':
+            self._board.fail(f'{views} views that waited are lost: no whole journal has them')
+
     def _take(self, raw: RawMessage) -> None:
-        if raw.channel.topic not in self._plan.frames:
+        if (raw.channel.topic, raw.channel.kind) not in self._framing:
             self._inbox.put_companion(raw)
             return
         self._board.received += 1

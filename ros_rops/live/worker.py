@@ -66,9 +66,6 @@ class Worker:
                 self._board.fail(f'{self._board.doing[0] or type(task).__name__}: {told(error)}')
             self._board.do('')
         self._run.release()
-        for task in self._tasks.rest():
-            if isinstance(task, Begin):
-                task.run.release()
 
     def _new_ledger(self) -> Ledger:
         units: dict[str, Units] = {'m': 'm', 'mm': 'mm'}
