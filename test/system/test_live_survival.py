@@ -18,6 +18,7 @@ from reference.live import (
 from reference.runs import result, unfinish
 from ros_rops.cli.main import main
 from ros_rops.intake.past import Past
+from ros_rops.pipeline.session import Session
 from ros_rops.recordings.mcap_files import create_mcap
 
 # Of the whole run's time: when a station is killed.
@@ -189,6 +190,29 @@ def test_a_full_disk_is_said_and_the_station_goes_on(recording, tmp_path, monkey
     assert sum(len(entry.views) for entry in Past(tmp_path / 'latest' / 'journal.mcap')) < 4
     points = [len(view.points) for view in views.values()]
     assert np.all(np.array(points) > 500)
+
+
+def test_a_view_that_breaks_the_engine_harms_no_other(recording, tmp_path, monkeypatch):
+    """Truth: the poses of the views that came before it."""
+    heard, add = Heard(), Session.add
+
+    def failing(self, view):
+        report = add(self, view)
+        if len(self.views) == 3:
+            raise RuntimeError('after it was placed')
+        return report
+
+    with station(tmp_path, heard, STILL) as made:
+        monkeypatch.setattr(Session, 'add', failing)
+        offer_all(made, heard, recorded(recording))
+        state = made.state()
+    assert state.errors == 1 and state.statuses['refused'] == 1
+    before, after = heard.updates[1], heard.updates[-1]
+    poses = {
+        view.name: view.T_object_view for model in after.objects for view in model.views}
+    assert len(before.objects) == 1 and len(poses) == 3
+    for view in before.objects[0].views:
+        assert np.allclose(poses[view.name], view.T_object_view, atol=1e-12)
 
 
 def _no_space(handle):

@@ -183,3 +183,27 @@ def test_without_a_path_nothing_is_kept_and_nothing_is_broken():
     with Journal(None) as journal:
         journal.keep(SKIPPED, ())
     assert journal.broken == ''
+
+
+def test_commands_and_counts_come_back_in_their_place(tmp_path):
+    with Journal(tmp_path / 'j') as journal:
+        journal.command('finish')
+        journal.skipped({'the scene moves': 3})
+        journal.keep(_taken(_small(1)), [_small(1)])
+        journal.command('remove_last_view')
+    past = Past(tmp_path / 'j')
+    found = [
+        (entry.kind, entry.command, dict(entry.counts), len(entry.views)) for entry in past]
+    assert found == [
+        ('open', '', {}, 0), ('command', 'finish', {}, 0),
+        ('skipped', '', {'the scene moves': 3}, 0), ('frame', '', {}, 1),
+        ('command', 'remove_last_view', {}, 0)]
+
+
+def test_a_journal_that_was_ended_lacks_nothing(tmp_path):
+    past = Past(_write(tmp_path / 'j', [1]))
+    assert len(list(past)) and past.torn == 0 and past.damage == ''
+    with (tmp_path / 'j').open('r+b') as stream:
+        stream.truncate(past.at)
+    again = Past(tmp_path / 'j')
+    assert len(list(again)) and (again.at, again.torn) == (past.at, 0)

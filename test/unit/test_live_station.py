@@ -89,6 +89,17 @@ def test_words_tell_of_every_message_and_bad_ones_stop_nothing(tmp_path, heard):
     assert heard.updates[-1].newest == _names(heard)[-1]
 
 
+def test_a_message_of_another_kind_is_no_frame(tmp_path, heard):
+    image = Channel('views', 'sensor_msgs/msg/Image', 'cdr')
+    with station(tmp_path, heard, PLAIN) as made:
+        made.offer(RawMessage(image, 1, small(0).data))
+        made.offer(RawMessage(Channel('nobody', 'std_msgs/msg/String', 'cdr'), 1, b''))
+        made.offer(None)  # not even a message
+        offer_all(made, heard, [small(0)])
+        assert made.state().received == 1 and made.state().errors == 1
+    assert _words(heard) == [Word.TAKEN]
+
+
 def test_facts_are_acknowledged(tmp_path, heard):
     facts = ViewFacts('views', 'frame', 'my name', frame_id='f', stamp_ns=7)
     data = cdr.string_message(encode_facts(facts).decode())
@@ -339,7 +350,7 @@ def test_what_waits_when_it_closes_is_journalled(tmp_path, heard, gate):
     with station(tmp_path, heard, PLAIN, input__most_views=1) as made:
         for number in range(6):
             made.offer(small(number))
-        assert made.close(0.2) is False
+        assert made.close(0.2) is False and made.close(0.1) is False
         gate.set()
     again = Heard()
     with station(tmp_path, again, PLAIN, resume=True) as made:
@@ -349,6 +360,16 @@ def test_what_waits_when_it_closes_is_journalled(tmp_path, heard, gate):
         assert made.state().folder.endswith('run_0001') and made.state().words['taken'] == 6
         offer_all(made, again, [small(3)])  # its name was given before
         assert again.reports[0].name == 'views@1000000003#2'
+
+
+def test_without_a_journal_what_is_lost_by_closing_is_said(tmp_path, heard, gate):
+    with station(tmp_path, heard, PLAIN, output__journal=False) as made:
+        for number in range(4):
+            made.offer(small(number))
+        heard.wait(lambda: made.state().waiting_views == 3)
+        assert made.state().journal == 'none' and not made.close(0.1)
+        gate.set()
+    assert '3 views that waited are lost' in made.state().last_error
 
 
 def test_without_resume_and_after_a_reset_a_run_begins(tmp_path, heard):

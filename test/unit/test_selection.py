@@ -106,3 +106,12 @@ def test_empty_frames_are_never_taken():
             decision = selector.decide(Frame('f', points))
             assert not decision.taken
             assert 'nothing is measured' in decision.reason
+
+
+@pytest.mark.parametrize('method', ['every', 'stride', 'still', 'request'])
+def test_what_is_asked_for_is_taken_and_is_not_new_afterwards(method):
+    frames = [scene(0.0, seed) for seed in range(5)]
+    selector = Selector(SelectionConfig(method=method, stride=1000, still_s=0.0))
+    assert selector.decide(frames[0], asked=True).taken
+    later = [selector.decide(frame).taken for frame in frames[1:]]
+    assert later == [method == 'every'] * 4
