@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from ros_rops.core.types import Floats, RangeView, Status
 from ros_rops.live.places import FrameNames, in_metres, metres, Place, pose_in
 from ros_rops.live.words import Update
+from ros_rops.pipeline.reports import ObjectModel
 
 AXES: tuple[Color, ...] = ((0.9, 0.1, 0.1), (0.1, 0.75, 0.1), (0.2, 0.35, 1.0))
 # Tableau's ten, for objects.
@@ -59,7 +60,7 @@ def scene(
         if model.id not in by_id:
             continue
         T_frame_object, color = by_id[model.id].T_frame_object, OBJECTS[model.id % len(OBJECTS)]
-        marks += _object(model.id, len(model.views), T_frame_object, size, names, color)
+        marks += _object(update, model, T_frame_object, size, names, color)
         for placed in model.views:
             T = T_frame_object @ in_metres(placed.T_object_view, update.units)
             marks += _placed(update, placed.name, T, size, names, color)
@@ -67,12 +68,16 @@ def scene(
 
 
 def _object(
-    number: int, views: int, T: Floats, size: float, names: FrameNames, color: Color
+    update: Update, model: ObjectModel, T: Floats, size: float, names: FrameNames, color: Color
 ) -> Iterator[Lines | Label]:
-    text = f'{names.of_object(number)}: {views} views'
-    yield Lines('objects', number, T, *_axes(AXIS * size), LINE * size)
-    yield Label('object_labels', number, _moved(T, [0, -2 * LETTER * size, 0]), text,
-                1.3 * LETTER * size, color)
+    newest, scale = model.views[-1], metres(update.units)
+    view = update.views[newest.name]
+    # Before the object, as its newest view saw it.
+    at = _some(view).mean(axis=0) * scale - 0.7 * size * _forward(view)
+    yield Lines('objects', model.id, T, *_axes(1.6 * AXIS * size), LINE * size)
+    yield Label(
+        'object_labels', model.id, _moved(T @ in_metres(newest.T_object_view, update.units), at),
+        f'{names.of_object(model.id)}: {len(model.views)} views', 1.3 * LETTER * size, color)
 
 
 def _placed(

@@ -45,7 +45,11 @@ def test_views_stand_where_their_sensor_stood(units):
         assert marks['view_labels', number].text.startswith(f'view_{number}: placed')
     assert 'newest' in marks['view_labels', 2].text
     np.testing.assert_allclose(marks['objects', 1].T, station.place(1, 'c'), atol=1e-12)
-    assert marks['object_labels', 1].text == 'object_1: 3 views'
+    label, points = marks['object_labels', 1], station.views['c'].points / station.scale
+    assert label.text == 'object_1: 3 views'
+    # Between the sensor and the object, which was seen last in the newest view.
+    assert 0 < label.at[2] < points[:, 2].min()
+    np.testing.assert_allclose(label.at[:2], points.mean(axis=0)[:2], atol=1e-9)
 
 
 def test_a_sensor_without_an_origin_stands_before_what_it_saw():
