@@ -106,6 +106,10 @@ class Outputs:
         """
         self._reports.diagnostics(state, lifecycle, inlets, extra or {})
 
+    def reconfigure(self, config: NodeConfig) -> None:
+        """Take over what may change meanwhile: publish.skipped."""
+        self._reports.tell_skipped(config.publish.skipped)
+
     def rebroadcast(self) -> None:
         """Say on /tf again where objects are; to be called publish.tf_rate_hz times a second."""
         self._transforms.rebroadcast()

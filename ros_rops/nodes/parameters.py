@@ -22,7 +22,7 @@ Configs = tuple[Config, NodeConfig]
 
 LIVE = ('selection.', 'segmentation.')
 """What stands behind these may change while the node is configured."""
-LIVE_NAMES = frozenset({'publish.tf_rate_hz'})
+LIVE_NAMES = frozenset({'publish.tf_rate_hz', 'publish.skipped'})
 AT_START = 'autostart'
 OF_ROS = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
 """What rclpy declares by itself."""

@@ -180,6 +180,8 @@ class RegistrationNode(CarefulLifecycleNode):
             if self._station is not None:
                 self._station.reconfigure(config)
                 self._set_rate(own)
+            if self._outputs is not None:
+                self._outputs.reconfigure(own)
         except Exception as error:  # the executor would end with it
             self.get_logger().error(f'the change of parameters failed: {error!r}')
 

@@ -50,6 +50,10 @@ class ReportsOut:
         self._longest_s = 0.0
         self._dropped, self._failed = _Growth(), _Growth()
 
+    def tell_skipped(self, on: bool) -> None:
+        """Report frames that were not selected too, or no longer."""
+        self._skipped = on
+
     def publish(self, update: Update) -> None:
         """Publish the words that changed; of views that are gone, that."""
         for health in self._changes(update):

@@ -186,9 +186,12 @@ def test_live_change_of_the_selection_acts_on_what_follows(tmp_path):
         handled = client.collect(Header, 'handled', HANDLED)
         publisher = client.publisher(PointCloud2, 'views')
         health = client.collect(DiagnosticArray, '/diagnostics')
+        reports = client.collect(DiagnosticStatus, 'view_reports', LATCHED)
         for k, cloud in enumerate(demo_clouds(4)):
             if k == 2:
                 assert set_values(client, selection__method='request') == [(True, '')]
+            if k == 3:
+                assert set_values(client, publish__skipped=True) == [(True, '')]
             publisher.publish(cloud)
             _wait_words(handled, k + 1)
 
@@ -198,6 +201,8 @@ def test_live_change_of_the_selection_acts_on_what_follows(tmp_path):
             return (values.get('frames_taken'), values.get('frames_skipped')) == ('2', '2')
 
         wait_for(counted, 'two taken and two skipped')
+        told = [report.name for report in reports if 'skipped' in str(report.values)]
+        assert told == ['views@1700000003000000000']
 
 
 def test_simulated_time_that_stands_still_stops_nothing(tmp_path):
@@ -226,3 +231,31 @@ def test_callback_only_hands_on():
     thread.join()
     assert np.percentile(times, 99) < 0.005
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < 4_000_000
+
+
+def test_services_answer_while_a_session_is_given_up(tmp_path):
+    """Cleaning up waits for the registration that is under way; what waits is in the journal."""
+    with station(tmp_path, {'resume': True}) as (_, client), Client('manager') as manager:
+        handled = client.collect(Header, 'handled', HANDLED)
+        publisher = client.publisher(PointCloud2, 'views')
+        clouds = demo_clouds(8)
+        manager.state()
+        for cloud in clouds:
+            publisher.publish(cloud)
+        _wait_words(handled, 3)
+        assert client.change('deactivate')
+        done: list[bool] = []
+        thread = threading.Thread(target=lambda: done.append(manager.change('cleanup')))
+        thread.start()
+        while not done:
+            began = time.monotonic()
+            assert ' ' in client.ask('save')[1]
+            assert time.monotonic() - began < 1.0
+        thread.join()
+        assert done == [True] and client.state() == 'unconfigured'
+        assert client.change('configure') and client.change('activate')
+        assert client.ask('save')[0]
+        path = tmp_path / 'latest' / 'poses.json'
+        wait_for(path.exists, 'the result')
+        views = json.loads(path.read_text(encoding='utf-8'))['views']
+        assert 3 <= len(views) <= len(clouds)
