@@ -23,7 +23,7 @@ def frames_of(node: NodeConfig) -> LiveFrames:
     given = node.input
     return LiveFrames(
         live_plan(given.kind, color=given.color), units=given.units,
-        sensor=SENSORS.get(given.sensor, given.sensor))
+        sensor=SENSORS.get(given.sensor, given.sensor), rectified=given.lens == 'rectified')
 
 
 def background_of(node: NodeConfig) -> tuple[Frame | None, Stamp | None]:

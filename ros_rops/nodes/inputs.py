@@ -3,6 +3,7 @@
 """What the node listens to: messages as they stand on the wire, handed on unread."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 import time
 from typing import Any
@@ -13,9 +14,11 @@ from rclpy.node import Node
 from rclpy.qos import (
     DurabilityPolicy, qos_policy_name_from_kind, QoSPolicyKind, QoSProfile, ReliabilityPolicy)
 from ros_rops.core.groups_node import InputConfig
+from ros_rops.core.node_config import NodeConfig
 from ros_rops.live.health import Inlet
 from ros_rops.recordings.live_frames import COLOR_TOPIC, DEPTH_TOPIC, INFO_TOPIC, VIEWS_TOPIC
 from ros_rops.recordings.messages import Channel, RawMessage
+from ros_rops.recordings.topics import is_rectified
 from ros_rops.recordings.view_facts import FACTS_TOPIC
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import String
@@ -58,6 +61,14 @@ class Inputs:
     def inlets(self) -> list[Inlet]:
         """Return how each topic is listened to, and what is wrong with it."""
         return [item.inlet() for item in self._inputs]
+
+
+def with_lens(node: Node, config: NodeConfig) -> NodeConfig:
+    """Return the parameters, `input.lens` taken from the name that depth/image is remapped to."""
+    if config.input.lens != 'auto':
+        return config
+    lens = 'rectified' if is_rectified(node.resolve_topic_name(DEPTH_TOPIC)) else 'raw'
+    return replace(config, input=replace(config.input, lens=lens))
 
 
 def _topics(config: InputConfig) -> list[tuple[str, str, type]]:

@@ -15,7 +15,7 @@ from ros_rops.core.errors import InputError
 from ros_rops.core.node_config import NodeConfig
 from ros_rops.live.words import Answer
 from ros_rops.nodes.idle_health import IdleHealth
-from ros_rops.nodes.inputs import Inputs
+from ros_rops.nodes.inputs import Inputs, with_lens
 from ros_rops.nodes.parameters import Settings
 from ros_rops.nodes.services import Services
 from ros_rops.nodes.signals import asked_again
@@ -113,8 +113,8 @@ class RegistrationNode(CarefulLifecycleNode):
         self._outputs = Outputs(self, own, fixed_frame=config.prior.fixed_frame)
         self._tf = TfInput(self) if own.input.tf else None
         station = Station(
-            config, own, _folder(own, self.get_fully_qualified_name()), self._outputs,
-            lookup=self._tf.lookup if self._tf else None)
+            config, with_lens(self, own), _folder(own, self.get_fully_qualified_name()),
+            self._outputs, lookup=self._tf.lookup if self._tf else None)
         station.start()
         self._station = station
         self._set_rate(own)

@@ -16,7 +16,7 @@ from ros_rops.recordings.cloud import mark_holes
 from ros_rops.recordings.pairing import Entry
 from ros_rops.recordings.reader import BadView
 from ros_rops.recordings.sensor import resolve_sensor
-from ros_rops.recordings.topics import CLOUD, Plan
+from ros_rops.recordings.topics import CLOUD, is_rectified, Plan
 from ros_rops.recordings.units import resolve_units
 from ros_rops.recordings.view_facts import ViewFacts, with_facts
 
@@ -120,7 +120,7 @@ class FrameMaker:
             raise InputError(self._lacking(topic))
         rectified = self._rectified
         if rectified is None:
-            rectified = 'rect' in topic.rpartition('/')[2]
+            rectified = is_rectified(topic)
         points = depth_image.backproject(depth, entry.info.message, rectified=rectified)
         whole_mm = attribute(entry.message, 'encoding', 'Image') != '32FC1'
         if self._units == 'mm' and whole_mm:

@@ -14,8 +14,9 @@ from ros_rops.recordings.live_frames import (
     COLOR_TOPIC, DEPTH_TOPIC, INFO_TOPIC, VIEWS_TOPIC)
 from ros_rops.recordings.messages import Channel, Cut, Decoder, RawMessage, Storage
 from ros_rops.recordings.pairing import Entry, first_infos, Pairing
+from ros_rops.recordings.rectified import rectified_info
 from ros_rops.recordings.storage import open_storage
-from ros_rops.recordings.topics import chosen, Plan
+from ros_rops.recordings.topics import chosen, is_rectified, Plan
 from ros_rops.recordings.transforms import TYPES
 from ros_rops.recordings.view_facts import encode_facts, FACTS_TOPIC, ViewFacts
 
@@ -107,7 +108,8 @@ class Playback:
     facts : bool
         Whether it holds `view_facts`.
     rectified : bool
-        Whether the depth topic's name says that its images are undistorted already.
+        Whether the depth topic's name says that its images are undistorted already. Since the
+        station's name does not, CameraInfo is sent without distortion then.
     count : int or None
         Frames in all, the start offset not counted in; None if the recording does not tell.
     notes : tuple of str
@@ -128,7 +130,7 @@ class Playback:
         self.kind = 'depth' if self._plan.depths else 'cloud'
         self.color = bool(self._plan.colors)
         self.facts = bool(self._plan.facts)
-        self.rectified = any('rect' in t.rpartition('/')[2] for t in self._plan.depths)
+        self.rectified = any(map(is_rectified, self._plan.depths))
         self.count = self._plan.count
         self.notes = self._plan.notes
         self.start_ns = self._first_ns() + round(start_offset_s * 1e9)
@@ -206,7 +208,10 @@ class Playback:
                 raise InputError(raw.fault)
             if raw.channel not in self._coders:
                 self._coders[raw.channel] = Coder(raw.channel)
-            return Piece(topic, raw.log_time_ns, self._coders[raw.channel].encode(raw.data))
+            data = self._coders[raw.channel].encode(raw.data)
+            if self.rectified and topic == INFO_TOPIC:
+                data = rectified_info(data)
+            return Piece(topic, raw.log_time_ns, data)
         except InputError as error:
             return Piece(topic, raw.log_time_ns, fault=str(error))
 

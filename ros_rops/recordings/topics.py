@@ -100,6 +100,11 @@ def chosen(path: Path, storage: Storage, named: Sequence[str], decoder: Decoder)
         raise InputError(f'{path}: {error}') from None
 
 
+def is_rectified(topic: str) -> bool:
+    """Tell whether images are undistorted already, by their topic's name (`image_rect...`)."""
+    return 'rect' in topic.rpartition('/')[2]
+
+
 def holds(channels: Sequence[Channel]) -> str:
     """Return the topics and their types in words."""
     listed = sorted({f'{c.topic} ({c.kind or "no type"})' for c in channels if c.count != 0})
