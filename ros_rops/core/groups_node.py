@@ -33,9 +33,9 @@ class InputConfig(Group):
     color: bool = param(
         True, "Listen to color/image too, aligned to the depth image (kind 'depth').")
     lens: str = param(
-        'auto', "Depth images are as the lens makes them (raw) or undistorted already "
-        "(rectified); auto takes it from their topic's name, by ROS's custom image_rect... for "
-        "the latter.", choices=('auto', 'raw', 'rectified'))
+        'auto', 'Depth images are as the lens makes them (raw) or undistorted already '
+        '(rectified); auto takes it from the name of their topic, by the custom of ROS image_rect '
+        'and the like for the latter.', choices=('auto', 'raw', 'rectified'))
     units: str = param(
         'auto', 'Units of the coordinates; auto follows REP 103: metres.',
         choices=('auto', 'm', 'mm'))
