@@ -2,20 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parameters of the node: declared from the dataclasses, checked by them, some of them live."""
 
-from collections.abc import Callable, Iterator
-from difflib import get_close_matches
+from collections.abc import Callable
 from itertools import chain
-import sys
 import threading
 
-from rcl_interfaces.msg import (
-    FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult)
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from ros_rops.core.config import Config, describe
 from ros_rops.core.errors import ParameterError
 from ros_rops.core.node_config import describe_node, NodeConfig
-from ros_rops.core.parameter import ParameterInfo
+from ros_rops.nodes.declaring import declare, given_values
 from ros_rops.pipeline.parameters import configs_of
 
 Configs = tuple[Config, NodeConfig]
@@ -24,9 +21,6 @@ LIVE = ('selection.', 'segmentation.')
 """What stands behind these may change while the node is configured."""
 LIVE_NAMES = frozenset({'publish.tf_rate_hz', 'publish.skipped'})
 AT_START = 'autostart'
-OF_ROS = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
-"""What rclpy declares by itself."""
-LARGEST_INT = 2**63 - 1
 
 
 class Settings:
@@ -103,42 +97,6 @@ def _live(name: str) -> bool:
 def _declare(node: Node) -> frozenset[str]:
     """Declare all parameters with the values that the node was started with, if it was."""
     infos = list(chain(describe_node(), describe()))
-    names = frozenset(info.name for info in infos)
-    given = dict(_overrides(node))
-    for name in sorted(given.keys() - names):
-        near = get_close_matches(name, names, 1)
-        node.get_logger().warning(
-            f'{name}: no such parameter' + (f'; did you mean {near[0]}?' if near else ''))
-    engine, own = configs_of({name: given[name] for name in given.keys() & names})
-    values = {**own.to_flat(), **engine.to_flat()}
-    node.declare_parameters(
-        '', [(info.name, values[info.name], _descriptor(info)) for info in infos],
-        ignore_override=True)
-    return names
-
-
-def _overrides(node: Node) -> Iterator[tuple[str, object]]:
-    """Yield what the node was started with, and take it back: it has no descriptions yet."""
-    for name, parameter in node.get_parameters_by_prefix('').items():
-        if name.partition('.')[0] not in OF_ROS:
-            yield name, parameter.value
-            node.undeclare_parameter(name)
-
-
-def _descriptor(info: ParameterInfo) -> ParameterDescriptor:
-    text = f'{info.description} Unit: {info.unit}.' if info.unit else info.description
-    found = ParameterDescriptor(
-        name=info.name, description=text, read_only=info.name == AT_START,
-        additional_constraints=f'one of: {", ".join(info.choices)}' if info.choices else '')
-    if info.low is None and info.high is None:
-        return found
-    if isinstance(info.default, float):
-        most = sys.float_info.max
-        found.floating_point_range = [FloatingPointRange(
-            from_value=float(-most if info.low is None else info.low),
-            to_value=float(most if info.high is None else info.high))]
-    else:
-        found.integer_range = [IntegerRange(
-            from_value=int(-LARGEST_INT if info.low is None else info.low),
-            to_value=int(LARGEST_INT if info.high is None else info.high))]
-    return found
+    engine, own = configs_of(given_values(node, infos))
+    declare(node, infos, {**own.to_flat(), **engine.to_flat()}, read_only=(AT_START,))
+    return frozenset(info.name for info in infos)

@@ -5,6 +5,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 import sys
+from typing import Any
 
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
@@ -12,10 +13,11 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from ros_rops.core.errors import InputError, ParameterError, RopsError
 from ros_rops.core.groups_replay import ReplayConfig, topics_of
+from ros_rops.core.parameter import describe_group
+from ros_rops.nodes.declaring import declare, given_values
 from ros_rops.nodes.replay_clock import ByClock
 from ros_rops.nodes.replay_lock_step import LockStep
 from ros_rops.nodes.replay_outlets import EndedError, Outlets, Pump
-from ros_rops.nodes.replay_parameters import declare_replay
 from ros_rops.nodes.replay_voice import NoReplyError, Voice
 from ros_rops.recordings.playback import open_playback, Playback
 from std_srvs.srv import Trigger
@@ -129,7 +131,7 @@ def run_replay(args: Sequence[str] | None = None) -> int:
     except Exception as error:  # rclpy tells by its own errors what is wrong with --ros-args
         sys.stderr.write(f'{error}\n')
         return MISTAKE
-    node = Node(NAME)
+    node = Node(NAME, automatically_declare_parameters_from_overrides=True)
     executor = SingleThreadedExecutor()
     try:
         return _played(node, executor)
@@ -141,7 +143,7 @@ def run_replay(args: Sequence[str] | None = None) -> int:
 
 def _played(node: Node, executor: SingleThreadedExecutor) -> int:
     try:
-        config = declare_replay(node)
+        config = _configured(node)
         if not config.recording:
             raise ParameterError('recording: must be given')
         Replay(node, config, Pump(node, executor)).run()
@@ -151,3 +153,13 @@ def _played(node: Node, executor: SingleThreadedExecutor) -> int:
     except RopsError as error:
         node.get_logger().error(str(error))
         return MISTAKE if isinstance(error, (InputError, ParameterError)) else FAILED
+
+
+def _configured(node: Node) -> ReplayConfig:
+    """Declare the parameters, and return their values."""
+    infos = list(describe_group(ReplayConfig))
+    given: dict[str, Any] = given_values(node, infos)
+    config = ReplayConfig(**given)
+    names = [info.name for info in infos]
+    declare(node, infos, {name: getattr(config, name) for name in names}, read_only=names)
+    return config

@@ -153,6 +153,7 @@ def test_mistakes_are_said(tmp_path):
         ({'recording': torn}, 2, 'torn.mcap: is not an MCAP file'),
         ({'recording': path, 'topics': '/other'}, 2, "there is no '/other' in the recording"),
         ({'recording': path, 'mode': 'fast'}, 2, "mode: 'fast' is none of lock_step, clock"),
+        ({'recording': path, 'topic': '/other', 'wait_s': 0}, 1, 'did you mean topics?'),
         ({'recording': path, 'rate': 0}, 2, 'rate: 0.0 is below 0.001'),
         ({'recording': path, 'start_offset_s': 60}, 2, 'no frame 60 s after the first one'),
         ({'recording': path, 'wait_s': 0.5}, 1, 'nobody listens on /alone/views'),
