@@ -8,7 +8,7 @@ import sys
 
 from rclpy.publisher import Publisher
 from ros_rops.core.groups_node import PublishConfig
-from ros_rops.live.assembly import Assembly, Cloud, IDS, Piece
+from ros_rops.live.assembly import Assembly, Cloud, IDS, Piece, pieces_of
 from ros_rops.live.places import FrameNames, Place, poses
 from ros_rops.live.words import Update
 from ros_rops.nodes.wire import Wire
@@ -57,9 +57,8 @@ class CloudsOut:
             for place in places for name, T in known[place.object_id].items()], header)
         if self._each:
             self._forget(gone=set(self._objects) - set(known))
-            for object_id, views in known.items():
-                self._publish_one(object_id, [
-                    Piece(object_id, name, T) for name, T in views.items()])
+            for object_id in known:
+                self._publish_one(object_id, pieces_of(known, object_id))
 
     def _publish_all(self, pieces: list[Piece], header: Header) -> None:
         key = self._assembly.key(pieces)

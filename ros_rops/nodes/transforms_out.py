@@ -75,7 +75,7 @@ class TransformsOut:
         with self._lock:
             now = self._node.get_clock().now().nanoseconds
             # A clock that stands still or has not begun gives stamps that tf2 warns of.
-            if not self._places or now == 0 or now == self._stamp:
+            if not self._places or now == self._stamp:
                 return
             self._stamp = now
             self._wire.send(self._tf, self._message([

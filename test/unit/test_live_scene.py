@@ -52,13 +52,14 @@ def test_views_stand_where_their_sensor_stood(units):
     np.testing.assert_allclose(label.at[:2], points.mean(axis=0)[:2], atol=1e-9)
 
 
-def test_a_sensor_without_an_origin_stands_before_what_it_saw():
-    station = Station(kind='orthographic')
+@pytest.mark.parametrize('units', ['m', 'mm'])
+def test_a_sensor_without_an_origin_stands_before_what_it_saw(units):
+    station = Station(kind='orthographic', units=units)
     station.see('a', 1)
     station.see('b', 1)
-    lines, view = _marks(station)['views', 1], station.views['b']
-    offset = view.points.mean(axis=0) - lines.T[:3, 3]
-    assert offset[2] > 2 * np.ptp(view.points[:, 2])
+    lines, points = _marks(station)['views', 1], station.views['b'].points / station.scale
+    offset = points.mean(axis=0) - lines.T[:3, 3]
+    assert 2 < offset[2] / np.ptp(points[:, 2]) < 5
     np.testing.assert_allclose(offset[:2], 0.0, atol=1e-12)
 
 
