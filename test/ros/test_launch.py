@@ -8,7 +8,8 @@ on PYTHONPATH.
 """
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+import json
 import os
 from pathlib import Path
 import signal
@@ -69,20 +70,26 @@ def environment(tmp_path_factory) -> dict[str, str]:
 def _start(environment: dict[str, str], file: str, *given: str) -> subprocess.Popen:
     return subprocess.Popen(
         [sys.executable, '-c', LAUNCH, str(ROOT / 'launch' / file), *given], env=environment,
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
+
+
+def _kill(process: subprocess.Popen) -> None:
+    with suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
 
 
 @contextmanager
 def _running(environment: dict[str, str], file: str, *given: str) -> Iterator[subprocess.Popen]:
-    """Launch, and end it as Ctrl-C does; it must go cleanly."""
+    """Launch, and end it as Ctrl-C does, which all of a terminal get; it must go cleanly."""
     process = _start(environment, file, *given)
     try:
         yield process
-        process.send_signal(signal.SIGINT)
+        os.killpg(process.pid, signal.SIGINT)
         output, _ = process.communicate(timeout=PATIENCE_S)
     finally:
-        process.kill()
+        _kill(process)
     assert 'Traceback' not in output and 'ERROR' not in output, output
 
 
@@ -193,15 +200,17 @@ def test_a_replay_ends_with_the_poses_of_rops_replay(environment, tmp_path):
     process = _start(
         environment, 'replay.launch.py', f'recording:={recording}', 'preset:=turntable',
         f'output_folder:={tmp_path}/runs', 'namespace:=cell_8', 'shutdown:=true')
-    output, _ = process.communicate(timeout=2 * PATIENCE_S)
+    try:
+        output, _ = process.communicate(timeout=2 * PATIENCE_S)
+    finally:
+        _kill(process)
     assert process.returncode == 0 and 'Traceback' not in output, output
-    found, = Path(tmp_path / 'runs').glob('*/poses.json')
     assert main(['replay', str(recording), '--out', str(tmp_path / 'run'), '--no-picture',
                  '--config', str(preset)]) == 0
-    assert _poses(found) == _poses(tmp_path / 'run' / 'poses.json')
+    found = _poses(tmp_path / 'runs' / 'latest' / 'poses.json')
+    assert len(found[0]) == 6 and found == _poses(tmp_path / 'run' / 'poses.json')
 
 
 def _poses(path: Path) -> list:
-    import json
     content = json.loads(path.read_text(encoding='utf-8'))
     return [[view['T_object_view'] for view in item['views']] for item in content['objects']]
