@@ -1,15 +1,25 @@
 # Copyright 2026 The ros_rops authors
 # SPDX-License-Identifier: Apache-2.0
-"""Write what is derived from ros_rops/core/config.py: config/default.yaml, README's table."""
+"""Write what is derived from the parameters' dataclasses: config/default.yaml, README's tables."""
 
+from functools import partial
 from pathlib import Path
 
-from ros_rops.core.config import Config
+from ros_rops.core.config import Config, describe
+from ros_rops.core.groups_replay import ReplayConfig
+from ros_rops.core.node_config import describe_node
+from ros_rops.core.parameter import describe_group
 from ros_rops.pipeline.parameters import dump_config, parameter_table
 
 ROOT = Path(__file__).resolve().parent.parent
-BEGIN = '<!-- parameters: written by `make generate` from ros_rops/core/config.py -->\n'
-END = '<!-- end of parameters -->\n'
+# Title of a table -> what it lists.
+TABLES = {
+    'parameters': describe,
+    'parameters of registration_node': describe_node,
+    'parameters of replay_node': partial(describe_group, ReplayConfig),
+}
+BEGIN = '<!-- {}: written by `make generate` from ros_rops/core/ -->\n'
+END = '<!-- end of {} -->\n'
 HEADER = '# Written by `make generate` from ros_rops/core/config.py: all parameters.\n'
 
 
@@ -19,12 +29,14 @@ def default_yaml() -> str:
 
 
 def readme(text: str) -> str:
-    """Return README's `text` with the parameter table renewed."""
-    before, begin, rest = text.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not begin or not end:
-        raise ValueError('README.md: the markers of the parameter table are missing')
-    return before + BEGIN + parameter_table() + END + after
+    """Return README's `text` with the tables of parameters renewed."""
+    for title, infos in TABLES.items():
+        before, begin, rest = text.partition(BEGIN.format(title))
+        _, end, after = rest.partition(END.format(title))
+        if not begin or not end:
+            raise ValueError(f'README.md: the markers of the table of {title} are missing')
+        text = before + begin + parameter_table(infos()) + end + after
+    return text
 
 
 if __name__ == '__main__':

@@ -192,10 +192,10 @@ def bounds_text(info: ParameterInfo) -> str:
     return f'{info.low:g} to {info.high:g}'
 
 
-def parameter_table() -> str:
-    """Return every parameter as rows of a Markdown table."""
+def parameter_table(infos: Iterable[ParameterInfo]) -> str:
+    """Return parameters as rows of a Markdown table."""
     rows = ['| parameter | default | unit | allowed | what it does |', '|---|---|---|---|---|']
-    for info in describe():
+    for info in infos:
         sentence = info.description.replace('|', '\\|')
         rows.append(
             f'| `{info.name}` | {scalar_text(info.default)} | {info.unit} | {bounds_text(info)} '
