@@ -11,7 +11,7 @@ import pytest
 
 # Packages of ROS, whose rosdep key is their name; pip has no part in them.
 ROS = {
-    'ament_flake8', 'ament_index_python', 'ament_pep257', 'builtin_interfaces', 'diagnostic_msgs',
+    'ament_flake8', 'ament_pep257', 'builtin_interfaces', 'diagnostic_msgs',
     'geometry_msgs', 'launch', 'launch_ros', 'lifecycle_msgs', 'rcl_interfaces', 'rclpy',
     'rosgraph_msgs', 'sensor_msgs', 'std_msgs', 'std_srvs', 'tf2_msgs', 'visualization_msgs'}
 # Import name -> rosdep key on Ubuntu 24.04; None where there is none.

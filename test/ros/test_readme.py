@@ -8,9 +8,9 @@ from meta.tree import ROOT
 import pytest
 
 pytest.importorskip('rclpy', reason='no rclpy on this platform')
-from ros.harness import Client, demo_clouds, NODE, station, wait_for  # noqa: E402, I100
-from rclpy.qos import DurabilityPolicy  # noqa: E402
-from sensor_msgs.msg import PointCloud2  # noqa: E402
+from rclpy.qos import DurabilityPolicy  # noqa: I100
+from ros.harness import Client, demo_clouds, NODE, station, wait_for
+from sensor_msgs.msg import PointCloud2
 
 SECTION = re.compile(r'<!-- interface: .*?<!-- end of interface -->', re.DOTALL)
 NAME = NODE.strip('/')
@@ -27,10 +27,10 @@ def _rows(*starts: str) -> list[list[str]]:
     return [row for row in rows if row[0].startswith(starts)]
 
 
-def _topics(direction: str, kind: str) -> dict[str, str]:
+def _topics(direction: str, kind: str, namespace: str = '') -> dict[str, str]:
     """Return the types of README's topics by whole name, but for those of other kinds."""
     return {
-        topic if topic.startswith('/') else f'/{topic}': message
+        topic if topic.startswith('/') else f'{namespace}/{topic}': message
         for _, topic, message, *_ in _rows(direction) if not topic.startswith(KIND[kind])}
 
 
@@ -42,8 +42,8 @@ def _publishers(client: Client) -> dict[str, str]:
     return _found(client.node.get_publisher_names_and_types_by_node(NAME, '/'))
 
 
-def _subscriptions(client: Client) -> dict[str, str]:
-    return _found(client.node.get_subscriber_names_and_types_by_node(NAME, '/'))
+def _subscriptions(client: Client, namespace: str = '/') -> dict[str, str]:
+    return _found(client.node.get_subscriber_names_and_types_by_node(NAME, namespace))
 
 
 @pytest.fixture(scope='module')
@@ -68,10 +68,10 @@ def test_what_it_publishes(client):
 def test_what_is_latched(client):
     for _, topic, _, qos, _ in _rows('out'):
         name = topic if topic.startswith('/') else f'/{topic}'
-        info, = [one for one in client.node.get_publishers_info_by_topic(name)
-                 if one.node_name == NAME]
-        latched = info.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
-        assert latched == (qos == 'latched'), topic
+        latched = {
+            one.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
+            for one in client.node.get_publishers_info_by_topic(name) if one.node_name == NAME}
+        assert latched == {qos == 'latched'}, topic
 
 
 def test_what_it_listens_to(client):
@@ -79,8 +79,10 @@ def test_what_it_listens_to(client):
 
 
 def test_what_it_listens_to_with_a_depth_camera(tmp_path):
-    with station(tmp_path, {'input.kind': 'depth'}) as (_, client):
-        wait_for(lambda: _subscriptions(client) == _topics('in', 'depth'), 'its subscriptions')
+    with station(tmp_path, {'input.kind': 'depth'}, remap={'__ns': '/other'},
+                 node=f'/other{NODE}') as (_, client):
+        wait_for(lambda: _subscriptions(client, '/other') == _topics('in', 'depth', '/other'),
+                 'its subscriptions')
 
 
 def test_its_services(client):
