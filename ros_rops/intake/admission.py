@@ -16,15 +16,27 @@ from ros_rops.segmentation.result import Segmentation
 from ros_rops.segmentation.segment import segment
 from ros_rops.segmentation.selection import Selector
 
+MOST_BLANKS = 1000
+"""Of a live sensor, reports on so many frames without a view are kept; the rest is counted."""
 Watch = Callable[[Segmentation], None]
 
 
 @dataclass(frozen=True, slots=True)
 class Admitted:
-    """The word on a frame, and the views that it gave: journalled, and not yet placed."""
+    """
+    The word on a frame, and the views that it gave: journalled, and not yet placed.
+
+    Parameters
+    ----------
+    report : FrameReport
+    views : tuple of RangeView
+    counted : bool
+        The report is not kept: the frame is to be counted.
+    """
 
     report: FrameReport
     views: tuple[RangeView, ...] = ()
+    counted: bool = False
 
 
 class Admission:
@@ -45,7 +57,8 @@ class Admission:
     watch : callable, optional
         Is shown every frame that was segmented.
     endless : bool
-        The frames are those of a live sensor: of one that is not selected nothing is kept.
+        The frames are those of a live sensor, which may send them for weeks: of one that is not
+        selected nothing is kept, nor of most that give no view.
     """
 
     def __init__(
@@ -59,6 +72,7 @@ class Admission:
         self._watch = watch
         self._endless = endless
         self._names: set[str] = set()
+        self._blanks = 0
         self._selectors: dict[str, Selector] = {}
         self._lookup: Lookup | None = None
 
@@ -90,7 +104,8 @@ class Admission:
         decision = self._selector(frame.topic).decide(frame, asked=asked)
         if not decision.taken and self._endless:
             return Admitted(FrameReport(
-                frame.name, Word.SKIPPED, decision.reason, numbers=decision.numbers))
+                frame.name, Word.SKIPPED, decision.reason, numbers=decision.numbers),
+                counted=True)
         frame = replace(frame, name=self._unique(frame.name))
         if not decision.taken:
             return self._keep(FrameReport(
@@ -98,7 +113,7 @@ class Admission:
         found = self._segmented(frame)
         notes = (*frame.notes, *found.notes)
         if not found.views:
-            return self._keep(FrameReport(
+            return self._blank(FrameReport(
                 frame.name, Word.EMPTY, found.why_empty, notes=notes, numbers=decision.numbers))
         views, missing = self._posed(found.views)
         return self._keep(FrameReport(
@@ -113,11 +128,12 @@ class Admission:
 
     def refuse(self, name: str, reason: str) -> Admitted:
         """Note a frame or file that cannot be read."""
-        return self._keep(FrameReport(self._unique(name), Word.BAD, reason))
+        return self._blank(FrameReport(self._unique(name), Word.BAD, reason))
 
     def recall(self, report: FrameReport, views: Sequence[RangeView]) -> Admitted:
         """Take over from a journal what was taken before; nothing is decided anew."""
         self._names.update((report.name, *report.views))
+        self._blanks += not report.views
         return Admitted(report, tuple(views))
 
     def passes(self, frame: Frame) -> bool:
@@ -141,6 +157,14 @@ class Admission:
         self, views: Sequence[RangeView]
     ) -> tuple[tuple[RangeView, ...], tuple[str, ...]]:
         return with_sensor_poses(views, self._config.prior.fixed_frame, self._lookup)
+
+    def _blank(self, report: FrameReport) -> Admitted:
+        """Journal the word on a frame without a view, as long as they are not too many."""
+        if self._endless and self._blanks >= MOST_BLANKS:
+            self._names.discard(report.name)
+            return Admitted(report, counted=True)
+        self._blanks += 1
+        return self._keep(report)
 
     def _keep(self, report: FrameReport, views: Sequence[RangeView] = ()) -> Admitted:
         """Journal first, so that nothing that the session does can lose a view."""

@@ -7,7 +7,7 @@ An entry is the word on a frame, behind the views that the frame gave. The entry
 has none behind it was cut off by a crash, and is forgotten. Any tool that reads MCAP reads it.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 import json
 import os
 from pathlib import Path
@@ -17,7 +17,7 @@ from typing import Any, IO
 import ros_rops
 from ros_rops.core.errors import InputError
 from ros_rops.core.types import RangeView
-from ros_rops.intake.reports import FrameReport
+from ros_rops.intake.reports import Counts, FrameReport
 from ros_rops.recordings.mcap_writer import McapStream
 
 JOURNAL_NAME = 'journal.mcap'
@@ -100,9 +100,9 @@ class Journal:
         """Note what was asked of the session between the frames before and after."""
         self._write({'command': name}, sync=True)
 
-    def skipped(self, counts: Mapping[str, int]) -> None:
-        """Note how many frames were not selected since the last entry, by reason."""
-        self._write({'skipped': dict(counts)})
+    def count(self, counts: Counts) -> None:
+        """Note how many frames came since the last entry of which no report is kept."""
+        self._write({'count': {word.value: dict(why) for word, why in counts.items()}})
 
     def _write(
         self, entry: dict[str, Any], views: Sequence[RangeView] = (), *, sync: bool = False

@@ -3,19 +3,17 @@
 """The second half of the way: the session places views, and every frame has its word written."""
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import replace
 
 from ros_rops.core.errors import RopsError
 from ros_rops.core.types import RangeView, Status
 from ros_rops.intake.admission import Admitted
 from ros_rops.intake.past import Entry
-from ros_rops.intake.reports import FrameReport, without_figures, Word
+from ros_rops.intake.reports import Counts, FrameReport, Word
 from ros_rops.pipeline.reports import ViewReport
 from ros_rops.pipeline.session import Session
 
-MOST_BLANKS = 1000
-"""Of a live sensor, reports on so many frames without a view are kept; the rest is counted."""
 TAKEN_BACK = 'taken back by ~/remove_last_view'
 
 
@@ -27,8 +25,7 @@ class Ledger:
     ----------
     session : Session
     steady : bool
-        The frames are those of a live sensor, which may send them for weeks: of most that give
-        no view nothing is kept but their number. A view on which the session fails, for want of
+        A view on which the session fails, for want of
         memory or by a mistake of ours, is refused, and the next one goes on; otherwise the
         failure is raised.
 
@@ -60,9 +57,6 @@ class Ledger:
     def place(self, admitted: Admitted) -> FrameReport:
         """Let the session have the views of a frame, and write the word on it down."""
         report = admitted.report
-        if self._steady and self._is_counted_only(report):
-            self.more[report.word][without_figures(report.reason)] += 1
-            return report
         if report.word is not Word.SKIPPED:
             self._number(report.views or (report.name,))
         report = replace(report, reports=tuple(self._add(view) for view in admitted.views))
@@ -71,9 +65,10 @@ class Ledger:
         self.frames.append(report)
         return report
 
-    def skip(self, counts: Mapping[str, int]) -> None:
-        """Count frames that were not selected, by reason."""
-        self.more[Word.SKIPPED].update(counts)
+    def count(self, counts: Counts) -> None:
+        """Count frames of which no report is kept."""
+        for word, reasons in counts.items():
+            self.more[word].update(reasons)
 
     def finish(self) -> str:
         """
@@ -106,7 +101,7 @@ class Ledger:
 
     def recall(self, entry: Entry) -> None:
         """Do again what an entry of a journal, of no frame, says was done."""
-        self.skip(entry.counts)
+        self.count(entry.counts)
         if entry.command == 'finish':
             self.finish()
         elif entry.command == 'remove_last_view':
@@ -121,10 +116,6 @@ class Ledger:
     def refusals(self) -> dict[str, str]:
         """Why some of those are no view of the session, by name."""
         return dict(self._without)
-
-    def _is_counted_only(self, report: FrameReport) -> bool:
-        return report.word is Word.SKIPPED or (
-            report.word is not Word.TAKEN and len(self._without) >= MOST_BLANKS)
 
     def _number(self, names: Iterable[str]) -> None:
         for name in names:

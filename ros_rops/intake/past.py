@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Read a journal back, up to where it broke off."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 import io
 import json
@@ -16,7 +16,7 @@ from ros_rops.core.errors import InputError, RopsError
 from ros_rops.core.frame import Frame
 from ros_rops.core.types import RangeView
 from ros_rops.intake.journal import ENTRY_TOPIC, VIEW_TOPIC
-from ros_rops.intake.reports import FrameReport
+from ros_rops.intake.reports import Counts, FrameReport, Word
 from ros_rops.recordings.messages import Channel, Decoder, RawMessage
 from ros_rops.recordings.view_facts import decode_facts, FACTS_TOPIC, ViewFacts, with_facts
 
@@ -32,7 +32,7 @@ class Entry:
 
     Parameters
     ----------
-    kind : {'open', 'begin', 'frame', 'end', 'command', 'skipped'}
+    kind : {'open', 'begin', 'frame', 'end', 'command', 'count'}
     source : int
         Number of the input ('begin', 'end').
     report : FrameReport or None
@@ -41,8 +41,8 @@ class Entry:
         What the frame gave.
     command : str
         What was asked of the session ('command').
-    counts : mapping of str to int
-        Frames that were not selected, by reason ('skipped').
+    counts : mapping of Word to mapping of str to int
+        Frames of which no report is kept, by reason ('count').
     """
 
     kind: str
@@ -50,7 +50,7 @@ class Entry:
     report: FrameReport | None = None
     views: tuple[RangeView, ...] = ()
     command: str = ''
-    counts: Mapping[str, int] = field(default_factory=dict)
+    counts: Counts = field(default_factory=dict)
 
 
 class Past:
@@ -174,8 +174,10 @@ class Past:
         self._views = []
         if kind == 'command':
             return Entry(kind, command=str(value))
-        if kind == 'skipped':
-            return Entry(kind, counts={str(why): int(count) for why, count in value.items()})
+        if kind == 'count':
+            return Entry(kind, counts={
+                Word(word): {str(why): int(number) for why, number in reasons.items()}
+                for word, reasons in value.items()})
         if kind != 'frame':
             return Entry(kind, value if isinstance(value, int) else -1)
         report = FrameReport.from_json(value)

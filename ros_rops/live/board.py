@@ -59,7 +59,8 @@ class Board:
 
     def recall(self, entry: Entry) -> None:
         """Count what a journal says of frames."""
-        self.count(Word.SKIPPED, sum(entry.counts.values()))
+        for word, reasons in entry.counts.items():
+            self.count(word, sum(reasons.values()))
         if entry.report is not None:
             self.count(entry.report.word)
 

@@ -22,7 +22,7 @@ from ros_rops.live.board import Board
 from ros_rops.live.inbox import Inbox, Item, Kind
 from ros_rops.live.inputs import frames_of, header_of
 from ros_rops.live.run import LiveRun
-from ros_rops.live.tasks import Arrival, Begin, Command, Configure, Place, Recall, Skip, Tasks
+from ros_rops.live.tasks import Arrival, Begin, Command, Configure, Count, Place, Recall, Tasks
 from ros_rops.live.voice import Voice
 from ros_rops.recordings.messages import RawMessage
 from ros_rops.recordings.reader import BadView
@@ -75,7 +75,7 @@ class Sorter:
         self._frames = frames_of(node)
         self._arrivals: deque[Arrival] = deque()
         self._captures: deque[int] = deque()
-        self._skipped: Counter[str] = Counter()
+        self._counts: dict[Word, Counter[str]] = {}
         self._last = (0, time.monotonic())
         self._admission = self._new_admission()
 
@@ -90,7 +90,7 @@ class Sorter:
                 self._flush()
             except Exception as error:  # a mistake of ours must not end the station
                 self._give_up(f'messages could not be looked at: {told(error)}')
-        self._journal_skipped()
+        self._journal_counts()
         self._run.close_journal()
 
     @property
@@ -211,26 +211,28 @@ class Sorter:
         if kind is Kind.FULL and (self._is_asked(arrival) or every):
             self._hand_on(self._admission.refuse(name, WHY[kind]), arrival)
         else:
-            self._hand_on(Admitted(FrameReport(name, Word.SKIPPED, WHY[kind])), arrival)
+            report = FrameReport(name, Word.SKIPPED, WHY[kind])
+            self._hand_on(Admitted(report, counted=True), arrival)
 
     def _hand_on(self, admitted: Admitted, arrival: Arrival) -> None:
         word = admitted.report.word
         self._board.count(word)
-        if word is Word.SKIPPED:
-            self._skipped[without_figures(admitted.report.reason)] += 1
+        if admitted.counted:
+            reason = without_figures(admitted.report.reason)
+            self._counts.setdefault(word, Counter())[reason] += 1
             self._voice.handled(admitted.report, arrival)
             return
         self._board.admit(len(admitted.views))
-        self._journal_skipped()
+        self._journal_counts()
         self._tasks.put(Place(admitted, arrival))
         if word is not Word.TAKEN:
             self._voice.handled(admitted.report, arrival)
 
-    def _journal_skipped(self) -> None:
-        counts, self._skipped = dict(self._skipped), Counter()
+    def _journal_counts(self) -> None:
+        counts, self._counts = self._counts, {}
         if counts:
-            self._admission.journal.skipped(counts)
-            self._tasks.put(Skip(counts))
+            self._admission.journal.count(counts)
+            self._tasks.put(Count(counts))
 
     def _obey(self, item: Item) -> None:
         order = item.order
@@ -243,7 +245,7 @@ class Sorter:
             self._admission.reconfigure(order.config)
             self._tasks.put(order)
         elif isinstance(order, Command):
-            self._journal_skipped()
+            self._journal_counts()
             if order.name != 'save':
                 self._admission.journal.command(order.name)
             self._tasks.put(order)
@@ -255,7 +257,7 @@ class Sorter:
         except InputError as error:
             self._board.fail(f'~/reset: {error}; the run goes on')
             return
-        self._journal_skipped()
+        self._journal_counts()
         self._run.close_journal()
         self._run = run
         self._admission = self._new_admission()

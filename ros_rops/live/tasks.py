@@ -9,6 +9,7 @@ import threading
 from ros_rops.core.config import Config
 from ros_rops.intake.admission import Admitted
 from ros_rops.intake.past import Entry
+from ros_rops.intake.reports import Counts
 from ros_rops.live.run import LiveRun
 
 
@@ -52,10 +53,10 @@ class Recall:
 
 
 @dataclass(frozen=True, slots=True)
-class Skip:
-    """Count frames that were not selected, by reason."""
+class Count:
+    """Count frames of which no report is kept."""
 
-    counts: dict[str, int]
+    counts: Counts
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +80,7 @@ class Begin:
     run: LiveRun
 
 
-Task = Place | Recall | Skip | Command | Configure | Begin
+Task = Place | Recall | Count | Command | Configure | Begin
 
 
 class Tasks:

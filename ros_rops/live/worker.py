@@ -18,7 +18,7 @@ from ros_rops.intake.ledger import Ledger, told
 from ros_rops.intake.reports import count_words, frames_document
 from ros_rops.live.board import Board
 from ros_rops.live.run import LiveRun
-from ros_rops.live.tasks import Begin, Command, Configure, Place, Recall, Skip, Task, Tasks
+from ros_rops.live.tasks import Begin, Command, Configure, Count, Place, Recall, Task, Tasks
 from ros_rops.live.voice import Voice
 from ros_rops.live.words import Update
 from ros_rops.pipeline.reports import ViewReport
@@ -79,8 +79,8 @@ class Worker:
             self._place(task)
         elif isinstance(task, Recall):
             self._recall(task)
-        elif isinstance(task, Skip):
-            self._ledger.skip(task.counts)
+        elif isinstance(task, Count):
+            self._ledger.count(task.counts)
         elif isinstance(task, Command):
             {'finish': self._finish, 'save': self._save,
              'remove_last_view': self._remove}[task.name]()

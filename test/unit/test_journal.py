@@ -188,7 +188,7 @@ def test_without_a_path_nothing_is_kept_and_nothing_is_broken():
 def test_commands_and_counts_come_back_in_their_place(tmp_path):
     with Journal(tmp_path / 'j') as journal:
         journal.command('finish')
-        journal.skipped({'the scene moves': 3})
+        journal.count({Word.SKIPPED: {'the scene moves': 3}})
         journal.keep(_taken(_small(1)), [_small(1)])
         journal.command('remove_last_view')
     past = Past(tmp_path / 'j')
@@ -196,7 +196,7 @@ def test_commands_and_counts_come_back_in_their_place(tmp_path):
         (entry.kind, entry.command, dict(entry.counts), len(entry.views)) for entry in past]
     assert found == [
         ('open', '', {}, 0), ('command', 'finish', {}, 0),
-        ('skipped', '', {'the scene moves': 3}, 0), ('frame', '', {}, 1),
+        ('count', '', {Word.SKIPPED: {'the scene moves': 3}}, 0), ('frame', '', {}, 1),
         ('command', 'remove_last_view', {}, 0)]
 
 

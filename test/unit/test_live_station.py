@@ -413,13 +413,19 @@ def test_offers_and_commands_return_at_once_whatever_is_done(tmp_path, heard, ga
 
 
 def test_a_live_sensor_may_send_for_ever(tmp_path, heard, monkeypatch):
-    monkeypatch.setattr('ros_rops.intake.ledger.MOST_BLANKS', 5)
+    monkeypatch.setattr('ros_rops.intake.admission.MOST_BLANKS', 5)
     values = {**PLAIN, 'selection.method': 'stride', 'selection.stride': 10}
     with station(tmp_path, heard, values) as made:
         offer_all(made, heard, [small(number) for number in range(30)])
         offer_all(made, heard, [RawMessage(VIEWS, 9, b'bad')] * 20)
         saved(made, heard)
-    frames = json.loads((tmp_path / 'latest' / 'frames.json').read_text())
+    text = (tmp_path / 'latest' / 'frames.json').read_text()
+    frames, again = json.loads(text), Heard()
+    with station(tmp_path, again, values, resume=True) as made:
+        again.wait(lambda: again.updates)
+        assert made.state().words == {'taken': 3, 'skipped': 27, 'empty': 0, 'bad': 20}
+        saved(made, again)
+    assert (tmp_path / 'latest' / 'frames.json').read_text() == text
     assert frames['counts']['read'] == 50 and frames['counts']['skipped'] == 27
     assert frames['counts']['bad'] == 20 and len(frames['frames']) == 3 + 5
     assert len(_poses(tmp_path / 'latest')['views']) == 3 + 5
