@@ -7,10 +7,10 @@ import re
 from meta.tree import ROOT
 import pytest
 
-pytest.importorskip('rclpy', reason='no rclpy on this platform')
-from rclpy.qos import DurabilityPolicy  # noqa: I100
-from ros.harness import Client, demo_clouds, NODE, station, wait_for
-from sensor_msgs.msg import PointCloud2
+rclpy = pytest.importorskip('rclpy', reason='no rclpy on this platform')
+from rclpy.qos import DurabilityPolicy  # noqa: E402, I100
+from ros.harness import Client, demo_clouds, NODE, station, wait_for  # noqa: E402
+from sensor_msgs.msg import PointCloud2  # noqa: E402
 
 SECTION = re.compile(r'<!-- interface: .*?<!-- end of interface -->', re.DOTALL)
 NAME = NODE.strip('/')
