@@ -11,30 +11,39 @@
 namespace rops {
 
 // Cells of a regular grid, each knowing the nearest surface cell within `reach` cells, so that
-// a nearest neighbour costs one look-up.
+// a nearest neighbour costs one look-up. Most of the grid is empty space: it is kept in bricks of
+// 4 x 4 x 4 cells, and of these only those near the surface.
 struct Field {
   float cell = 0, per_cell = 0;  // edge of a cell and its inverse
   Float3 origin{0, 0, 0};
   int nx = 0, ny = 0, nz = 0;
-  std::vector<std::int32_t> nearest;  // per grid cell: index of a surface cell, -1 beyond reach
+  int bricks_x = 0, bricks_y = 0;
+  std::vector<std::int32_t> bricks;   // per brick: slot of its first cell, -1 where none is near
+  std::vector<std::int32_t> nearest;  // per slot: index of a surface cell, -1 beyond reach
   std::vector<Oriented> surface;      // per surface cell: mean point and normal
   std::vector<std::uint8_t> border;   // per surface cell: holds a vertex of the mesh's boundary
-  std::vector<std::int32_t> home;     // per surface cell: its grid cell
+  std::vector<std::int32_t> home;     // per surface cell: its slot
   std::vector<std::int32_t> first;    // per surface cell: its vertices, first[c]..first[c+1]
   std::vector<Oriented> vertices;     // sorted by surface cell
   std::vector<std::uint8_t> rim;      // per vertex: on the boundary
   float noise = 0;                    // standard deviation of vertices across the surface
 
-  std::int32_t locate(Float3 p) const {
+  // The cell that holds `p`; false outside of the grid.
+  bool cell_of(Float3 p, int& x, int& y, int& z) const {
     const float fx = (p.x - origin.x) * per_cell, fy = (p.y - origin.y) * per_cell,
                 fz = (p.z - origin.z) * per_cell;
-    if (!(fx >= 0 && fy >= 0 && fz >= 0 && fx < nx && fy < ny && fz < nz)) return -1;
-    return (static_cast<std::int32_t>(fz) * ny + static_cast<std::int32_t>(fy)) * nx +
-           static_cast<std::int32_t>(fx);
+    if (!(fx >= 0 && fy >= 0 && fz >= 0 && fx < nx && fy < ny && fz < nz)) return false;
+    x = static_cast<int>(fx), y = static_cast<int>(fy), z = static_cast<int>(fz);
+    return true;
   }
-  std::int32_t closest(Float3 p) const {
-    const std::int32_t at = locate(p);
-    return at < 0 ? -1 : nearest[at];
+  // Where a cell of the grid is kept, -1 where nothing is near.
+  std::int32_t slot(int x, int y, int z) const {
+    const std::int32_t first_slot = bricks[((z >> 2) * bricks_y + (y >> 2)) * bricks_x + (x >> 2)];
+    return first_slot < 0 ? -1 : first_slot + ((z & 3) << 4 | (y & 3) << 2 | (x & 3));
+  }
+  std::int32_t locate(Float3 p) const {
+    int x, y, z;
+    return cell_of(p, x, y, z) ? slot(x, y, z) : -1;
   }
   // Index of the nearest vertex within one cell's length, -1 if there is none.
   std::int32_t closest_vertex(Float3 p) const;

@@ -29,6 +29,12 @@ void frame_grid(Field& field, const std::vector<Oriented>& vertices, int reach) 
   field.nz = static_cast<int>(nz);
 }
 
+// All cells of the grid, x fastest, while the field is built.
+struct Grid {
+  std::vector<std::int32_t> nearest;  // per cell: index of a surface cell, -1 beyond reach
+  std::vector<std::int32_t> home;     // per surface cell: its cell
+};
+
 // Indices of the keys (0 or more, each less than `end`) in rising order of key, ties as they stand.
 std::vector<std::int32_t> sorted_by(const std::vector<std::int32_t>& keys, std::size_t end) {
   constexpr int kBits = 11;
@@ -45,19 +51,23 @@ std::vector<std::int32_t> sorted_by(const std::vector<std::int32_t>& keys, std::
   return order;
 }
 
-void fill_surface(Field& field, const std::vector<Oriented>& vertices,
+void fill_surface(Field& field, Grid& grid, const std::vector<Oriented>& vertices,
                   const std::vector<std::uint8_t>& rim) {
   std::vector<std::int32_t> at(vertices.size());
-  for (std::size_t i = 0; i < vertices.size(); ++i) at[i] = field.locate(vertices[i].point);
-  const std::vector<std::int32_t> order = sorted_by(at, field.nearest.size());
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    int x = 0, y = 0, z = 0;
+    field.cell_of(vertices[i].point, x, y, z);
+    at[i] = (z * field.ny + y) * field.nx + x;
+  }
+  const std::vector<std::int32_t> order = sorted_by(at, grid.nearest.size());
   for (std::size_t k = 0; k < order.size(); ++k) {
     const std::int32_t i = order[k];
     if (k == 0 || at[i] != at[order[k - 1]]) {
-      field.nearest[at[i]] = static_cast<std::int32_t>(field.surface.size());
+      grid.nearest[at[i]] = static_cast<std::int32_t>(field.surface.size());
       field.first.push_back(static_cast<std::int32_t>(k));
       field.surface.push_back({{0, 0, 0}, {0, 0, 0}});
       field.border.push_back(0);
-      field.home.push_back(at[i]);
+      grid.home.push_back(at[i]);
     }
     Oriented& cell = field.surface.back();
     cell.point = cell.point + vertices[i].point;
@@ -77,11 +87,11 @@ void fill_surface(Field& field, const std::vector<Oriented>& vertices,
 // Grow layer by layer from the surface cells; a cell takes the nearest of what its neighbours
 // know: the nearest in nine of ten, elsewhere one a few per cent farther. A surface cell knows
 // itself.
-void spread(Field& field, int reach) {
+void spread(const Field& field, Grid& grid, int reach) {
   std::vector<std::int32_t> front, next;
-  std::vector<float> distance(field.nearest.size(), INFINITY);
-  for (std::size_t g = 0; g < field.nearest.size(); ++g) {
-    if (field.nearest[g] >= 0) {
+  std::vector<float> distance(grid.nearest.size(), INFINITY);
+  for (std::size_t g = 0; g < grid.nearest.size(); ++g) {
+    if (grid.nearest[g] >= 0) {
       front.push_back(static_cast<std::int32_t>(g));
       distance[g] = 0;
     }
@@ -90,7 +100,7 @@ void spread(Field& field, int reach) {
     next.clear();
     for (const std::int32_t g : front) {
       const int x = g % field.nx, y = g / field.nx % field.ny, z = g / field.nx / field.ny;
-      const std::int32_t mine = field.nearest[g];
+      const std::int32_t mine = grid.nearest[g];
       const Float3 p = field.surface[mine].point;
       // Squared distances along each axis of the three cells there.
       float ex[3], ey[3], ez[3];
@@ -110,7 +120,7 @@ void spread(Field& field, int reach) {
             if (d >= distance[to]) continue;
             if (distance[to] == INFINITY) next.push_back(to);
             distance[to] = d;
-            field.nearest[to] = mine;
+            grid.nearest[to] = mine;
           }
     }
     front.swap(next);
@@ -118,7 +128,7 @@ void spread(Field& field, int reach) {
 }
 
 // Normals from the 27 cells around: a support of about 6 mr evens out the noise of single faces.
-void smooth_normals(Field& field) {
+void smooth_normals(Field& field, const Grid& grid) {
   std::vector<Float3> sums(field.surface.size());
   for (std::size_t c = 0; c < sums.size(); ++c)
     sums[c] = field.surface[c].normal * static_cast<float>(field.first[c + 1] - field.first[c]);
@@ -127,9 +137,9 @@ void smooth_normals(Field& field) {
     for (int dz = -1; dz <= 1; ++dz)
       for (int dy = -1; dy <= 1; ++dy)
         for (int dx = -1; dx <= 1; ++dx) {
-          const std::int32_t g = field.home[c] + (dz * field.ny + dy) * field.nx + dx;
-          const std::int32_t o = field.nearest[g];
-          if (o >= 0 && field.home[o] == g && dot(field.surface[o].normal,
+          const std::int32_t g = grid.home[c] + (dz * field.ny + dy) * field.nx + dx;
+          const std::int32_t o = grid.nearest[g];
+          if (o >= 0 && grid.home[o] == g && dot(field.surface[o].normal,
                                                   field.surface[c].normal) > 0)
             total = total + sums[o];
         }
@@ -162,7 +172,7 @@ double plane_spread(const std::vector<Float3>& offsets, Float3 n) {
 
 // Spread of the vertices across their surface: of the columns along the normal, one cell's
 // length in radius, around at most kColumns surface cells.
-float estimate_noise(const Field& field) {
+float estimate_noise(const Field& field, const Grid& grid) {
   constexpr std::size_t kColumns = 2000;
   const std::size_t stride = std::max<std::size_t>(1, field.surface.size() / kColumns);
   double sum = 0;
@@ -175,9 +185,9 @@ float estimate_noise(const Field& field) {
     for (int dz = -1; dz <= 1; ++dz)
       for (int dy = -1; dy <= 1; ++dy)
         for (int dx = -1; dx <= 1; ++dx) {
-          const std::int32_t g = field.home[c] + (dz * field.ny + dy) * field.nx + dx;
-          const std::int32_t o = field.nearest[g];
-          if (o < 0 || field.home[o] != g) continue;
+          const std::int32_t g = grid.home[c] + (dz * field.ny + dy) * field.nx + dx;
+          const std::int32_t o = grid.nearest[g];
+          if (o < 0 || grid.home[o] != g) continue;
           for (std::int32_t k = field.first[o]; k < field.first[o + 1]; ++k) {
             const Float3 gap = field.vertices[k].point - middle;
             const float height = dot(gap, n);
@@ -194,19 +204,54 @@ float estimate_noise(const Field& field) {
   return count ? static_cast<float>(sum / count) : 0.0f;
 }
 
+// Keep the bricks of the grid that hold something.
+void lay_bricks(Field& field, const Grid& grid) {
+  constexpr int kEdge = 4, kCells = kEdge * kEdge * kEdge;
+  const auto count = [](int cells) { return (cells + kEdge - 1) / kEdge; };
+  field.bricks_x = count(field.nx), field.bricks_y = count(field.ny);
+  field.bricks.assign(
+      static_cast<std::size_t>(field.bricks_x) * field.bricks_y * count(field.nz), -1);
+  const auto brick_of = [&](int x, int y, int z) -> std::int32_t& {
+    return field.bricks[(z / kEdge * field.bricks_y + y / kEdge) * field.bricks_x + x / kEdge];
+  };
+  const auto each_cell = [&](auto visit) {
+    std::size_t g = 0;
+    for (int z = 0; z < field.nz; ++z)
+      for (int y = 0; y < field.ny; ++y)
+        for (int x = 0; x < field.nx; ++x, ++g)
+          if (grid.nearest[g] >= 0) visit(x, y, z, grid.nearest[g]);
+  };
+  std::int32_t slots = 0;
+  each_cell([&](int x, int y, int z, std::int32_t) {
+    std::int32_t& first = brick_of(x, y, z);
+    if (first < 0) first = slots, slots += kCells;
+  });
+  field.nearest.assign(slots, -1);
+  each_cell([&](int x, int y, int z, std::int32_t surface) {
+    field.nearest[field.slot(x, y, z)] = surface;
+  });
+  field.home.resize(grid.home.size());
+  for (std::size_t c = 0; c < grid.home.size(); ++c) {
+    const std::int32_t g = grid.home[c];
+    field.home[c] =
+        field.slot(g % field.nx, g / field.nx % field.ny, g / field.nx / field.ny);
+  }
+}
+
 }  // namespace
 
 std::int32_t Field::closest_vertex(Float3 p) const {
-  const std::int32_t at = locate(p);
+  int x, y, z;
+  if (!cell_of(p, x, y, z)) return -1;
+  const std::int32_t at = slot(x, y, z);
   if (at < 0 || nearest[at] < 0) return -1;
-  const int x = at % nx, y = at / nx % ny, z = at / nx / ny;
   std::int32_t best = -1;
   float least = cell * cell;
   for (int Z = std::max(z - 1, 0); Z <= std::min(z + 1, nz - 1); ++Z)
     for (int Y = std::max(y - 1, 0); Y <= std::min(y + 1, ny - 1); ++Y)
       for (int X = std::max(x - 1, 0); X <= std::min(x + 1, nx - 1); ++X) {
-        const std::int32_t g = (Z * ny + Y) * nx + X, c = nearest[g];
-        if (c < 0 || home[c] != g) continue;
+        const std::int32_t there = slot(X, Y, Z), c = there < 0 ? -1 : nearest[there];
+        if (c < 0 || home[c] != there) continue;
         for (std::int32_t k = first[c]; k < first[c + 1]; ++k) {
           const Float3 gap = vertices[k].point - p;
           const float d = dot(gap, gap);
@@ -222,11 +267,13 @@ Field build_field(const std::vector<Oriented>& vertices, const std::vector<std::
   field.cell = cell;
   field.per_cell = 1 / cell;
   frame_grid(field, vertices, reach);
-  field.nearest.assign(static_cast<std::size_t>(field.nx) * field.ny * field.nz, -1);
-  fill_surface(field, vertices, rim);
-  spread(field, reach);
-  smooth_normals(field);
-  field.noise = estimate_noise(field);
+  Grid grid;
+  grid.nearest.assign(static_cast<std::size_t>(field.nx) * field.ny * field.nz, -1);
+  fill_surface(field, grid, vertices, rim);
+  spread(field, grid, reach);
+  smooth_normals(field, grid);
+  field.noise = estimate_noise(field, grid);
+  lay_bricks(field, grid);
   return field;
 }
 
