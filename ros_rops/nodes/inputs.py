@@ -138,7 +138,9 @@ class _Input:
         if self._closed:
             return
         if policy != QoSPolicyKind.RELIABILITY or self._config.reliability != 'auto':
-            say.error(f'{self.topic}: a publisher is not heard, since it {self._remedy(policy)}')
+            self._fault = (
+                f'{self.topic}: a publisher is not heard, since it {self._remedy(policy)}')
+            say.error(self._fault)
         elif not self._best_effort:
             say.warning(f'{self.topic}: a publisher offers best effort only, which is taken now. '
                         f'{ADVICE}')
