@@ -54,12 +54,12 @@ def fill(status: Any, make_value: Callable[[], Any], health: Health) -> None:
         Numbers are written with six digits; those that are none, as they are in IEEE 754: nan.
     """
     status.level = getattr(status, health.level.value)
-    status.name, status.message = health.name, health.message
-    status.hardware_id = health.hardware_id
+    status.name, status.message = _sendable(health.name), _sendable(health.message)
+    status.hardware_id = _sendable(health.hardware_id)
     values = []
     for key, value in health.values.items():
         item = make_value()
-        item.key, item.value = key, text_of(value)
+        item.key, item.value = _sendable(key), _sendable(text_of(value))
         values.append(item)
     status.values = values
 
@@ -71,3 +71,8 @@ def text_of(value: str | float) -> str:
     if math.isfinite(value) and value == int(value):
         return str(int(value))
     return f'{float(value):.6g}'
+
+
+def _sendable(text: str) -> str:
+    # Names of files may hold bytes that are no UTF-8; ROS would not send the message.
+    return text.encode('utf-8', 'replace').decode()

@@ -8,12 +8,15 @@ import sys
 
 from rclpy.publisher import Publisher
 from ros_rops.core.groups_node import PublishConfig
-from ros_rops.live.assembly import Assembly, Cloud, IDS, Piece, pieces_of
+from ros_rops.live.assembly import Assembly, Cloud, GEOMETRY, IDS, Piece, pieces_of
 from ros_rops.live.places import FrameNames, Place, poses
 from ros_rops.live.words import Update
 from ros_rops.nodes.wire import Wire
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
+
+MOST_POINTS = (2**32 - 1) // (4 * (len(GEOMETRY) + 1 + len(IDS)))
+"""More do not fit into a message: its size is a number of 32 bits."""
 
 
 class CloudsOut:
@@ -31,7 +34,7 @@ class CloudsOut:
 
     def __init__(self, wire: Wire, config: PublishConfig, names: FrameNames) -> None:
         self._wire, self._names, self._each = wire, names, config.objects
-        self._assembly = Assembly(config.spacing_mr, config.most_points)
+        self._assembly = Assembly(config.spacing_mr, min(config.most_points, MOST_POINTS))
         self._all = wire.publisher(PointCloud2, 'assembled')
         self._objects: dict[int, Publisher | None] = {}
         self._sent: dict[int, object] = {}

@@ -3,6 +3,7 @@
 """Where objects and views stand, as transforms: latched for all views, on /tf for objects."""
 
 from collections.abc import Sequence
+import re
 import threading
 from typing import Any
 
@@ -74,7 +75,7 @@ class TransformsOut:
         # One at a time: stamps must not go back.
         with self._lock:
             now = self._node.get_clock().now().nanoseconds
-            # A clock that stands still or has not begun gives stamps that tf2 warns of.
+            # A clock that stands still, or has not begun, gives stamps that tf2 warns of.
             if not self._places or now == self._stamp:
                 return
             self._stamp = now
@@ -90,7 +91,7 @@ class TransformsOut:
         why = ''
         if not np.isfinite(place.T_frame_object).all():
             why = 'its pose is not finite'
-        elif place.frame_id.startswith(f'{self._names.prefix}object_'):
+        elif re.fullmatch(rf'{re.escape(self._names.prefix)}object_\d+', place.frame_id):
             why = (f'the sensor says that its frame is {place.frame_id}, which is a name of ours: '
                    'choose another publish.frame_prefix')
         if why and ours not in self._refused:

@@ -115,3 +115,9 @@ def test_filling_a_status():
     assert (status.level, status.name, status.message, status.hardware_id) == (
         b'\1', 'n', 'm', 'h')
     assert [(item.key, item.value) for item in status.values] == [('k', '2')]
+
+
+def test_a_name_that_is_no_unicode_is_sent_all_the_same():
+    status = SimpleNamespace(OK=b'\0')
+    diagnostics.fill(status, SimpleNamespace, Health('a\udcff', Level.OK, 'b', {'c': 'd\udcff'}))
+    assert (status.name, status.values[0].value) == ('a?', 'd?')
