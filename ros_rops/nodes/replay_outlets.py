@@ -21,7 +21,8 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import String
 
-DEPTH = 100
+SMALL_DEPTH, LARGE_DEPTH = 100, 10
+"""Messages that the middleware keeps for slow listeners: of a hundred bytes, of megabytes."""
 STEP_S = 0.05
 ARRIVAL_S = 5.0
 """A listener that is there says so long before."""
@@ -90,26 +91,26 @@ class Outlets:
         self._publishers: dict[str, Publisher] = {}
         self._clock = node.create_publisher(Clock, '/clock', 10) if clock else None
         self.frames_topic = VIEWS_TOPIC if playback.kind == 'cloud' else DEPTH_TOPIC
-        # Whether one of more than one small message has arrived, Fast DDS tells every 3 s only.
-        beside = DEPTH if clock else 1
+        # In step there is one at a time; of more than one small message Fast DDS asks every 3 s
+        # only whether they have arrived.
+        small, large = (SMALL_DEPTH, LARGE_DEPTH) if clock else (1, 1)
         if playback.kind == 'cloud':
-            self.frames = self._add(VIEWS_TOPIC, PointCloud2)
+            self.frames = self._add(VIEWS_TOPIC, PointCloud2, large)
             if playback.facts:
-                self._add(FACTS_TOPIC, String, FACTS_TOPIC.removeprefix('/'))
+                self._add(FACTS_TOPIC, String, small)
         else:
-            self.frames = self._add(DEPTH_TOPIC, Image)
-            self._add(INFO_TOPIC, CameraInfo, depth=beside)
+            self.frames = self._add(DEPTH_TOPIC, Image, large)
+            self._add(INFO_TOPIC, CameraInfo, small)
             if playback.color:
-                self._add(COLOR_TOPIC, Image, depth=beside)
+                self._add(COLOR_TOPIC, Image, large)
         if tf and playback.has_transforms:
             self._add_transforms()
 
-    def _add(
-        self, topic: str, kind: Any, name: str = '', *, depth: int = DEPTH, latched: bool = False
-    ) -> Publisher:
+    def _add(self, topic: str, kind: Any, depth: int, *, latched: bool = False) -> Publisher:
         durability = DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE
+        name = topic.removeprefix('/') if topic == FACTS_TOPIC else topic
         self._publishers[topic] = self._node.create_publisher(
-            kind, name or topic, QoSProfile(depth=depth, durability=durability))
+            kind, name, QoSProfile(depth=depth, durability=durability))
         return self._publishers[topic]
 
     def _add_transforms(self) -> None:
@@ -119,8 +120,8 @@ class Outlets:
             self._node.get_logger().warning(
                 'tf2_msgs is not installed: the transforms of the recording are not sent')
             return
-        self._add(TF_TOPIC, TFMessage)
-        self._add(TF_STATIC_TOPIC, TFMessage, latched=True)
+        self._add(TF_TOPIC, TFMessage, SMALL_DEPTH)
+        self._add(TF_STATIC_TOPIC, TFMessage, SMALL_DEPTH, latched=True)
 
     def has(self, topic: str) -> bool:
         """Return whether there is such a topic."""
