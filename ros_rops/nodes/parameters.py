@@ -5,7 +5,6 @@
 from collections.abc import Callable
 from itertools import chain
 import threading
-from typing import Any
 
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
