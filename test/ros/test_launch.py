@@ -48,15 +48,12 @@ raise SystemExit(service.run())
 def environment(tmp_path_factory) -> dict[str, str]:
     """Return an environment in which ROS finds this package as if colcon had installed it."""
     prefix = tmp_path_factory.mktemp('prefix')
-    index = prefix / 'share' / 'ament_index' / 'resource_index' / 'packages'
-    programs = prefix / 'lib' / 'ros_rops'
-    for folder in (index, programs):
-        folder.mkdir(parents=True)
-    (index / 'ros_rops').touch()
     for node in ('registration_node', 'replay_node'):
-        (programs / node).write_text(
-            f'#!/bin/sh\nexec "{sys.executable}" -m ros_rops.nodes.{node} "$@"\n')
-        (programs / node).chmod(0o755)
+        _install(
+            prefix, 'ros_rops', node,
+            f'exec "{sys.executable}" -m ros_rops.nodes.{node} "$@"')
+    # There is no wheel of RViz: what it would be started with is written down.
+    _install(prefix, 'rviz2', 'rviz2', f'echo "$@" > "{prefix}/rviz"')
     # The wheels of ROS start Python again and mark that as done, for this process only.
     kept = {
         key: value for key, value in os.environ.items()
@@ -65,6 +62,16 @@ def environment(tmp_path_factory) -> dict[str, str]:
     prefixes = [str(prefix), kept.get('AMENT_PREFIX_PATH') or sys.prefix]
     return {**kept, 'AMENT_PREFIX_PATH': os.pathsep.join(prefixes), 'PYTHONPATH': own,
             'ROS_LOG_DIR': str(prefix / 'log')}
+
+
+def _install(prefix: Path, package: str, program: str, script: str) -> None:
+    index = prefix / 'share' / 'ament_index' / 'resource_index' / 'packages'
+    folder = prefix / 'lib' / package
+    for place in (index, folder):
+        place.mkdir(parents=True, exist_ok=True)
+    (index / package).touch()
+    (folder / program).write_text(f'#!/bin/sh\n{script}\n')
+    (folder / program).chmod(0o755)
 
 
 def _start(environment: dict[str, str], file: str, *given: str) -> subprocess.Popen:
@@ -178,6 +185,18 @@ def test_without_autostart_it_waits_for_a_manager(environment, asking, tmp_path)
         assert station.state() == 'unconfigured'
         assert station.values('autostart', 'resume', 'use_sim_time', 'input.kind') == [
             False, True, True, 'cloud']
+
+
+def test_rviz_shows_the_station_of_the_namespace(environment, asking, tmp_path):
+    station = asking('/cell_9/rops_registration')
+    written = Path(environment['ROS_LOG_DIR']).parent / 'rviz'
+    with _running(
+            environment, 'station.launch.py', 'namespace:=cell_9', 'rviz:=true',
+            f'output_folder:={tmp_path}'):
+        station.until(lambda: station.state() == 'active' and written.exists())
+    words = written.read_text()
+    assert f'--display-config {ROOT}/rviz/station.rviz --fixed-frame cell_9/object_0' in words
+    assert '/assembled:=/cell_9/assembled' in words and '/markers:=/cell_9/markers' in words
 
 
 @pytest.mark.parametrize(('file', 'given', 'said'), [
