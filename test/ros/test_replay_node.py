@@ -170,10 +170,10 @@ def test_a_station_that_refuses_or_lacks_what_is_asked_for(tmp_path):
         station.serve('finish', success=False)
         with replay('/refusing', code=1, recording=path, finish=True) as node:
             assert 'rops_registration/finish: finish done' in station.until_end_of(node)
-        with replay('/refusing', code=1, recording=path, save=True, wait_s=1.0) as node:
+        with replay('/refusing', code=1, recording=path, save=True, wait_s=5.0) as node:
             assert 'save: there is no such service' in station.until_end_of(node)
     station = Listener('/mute', answers=False)
-    with station, replay('/mute', code=1, recording=path, wait_s=1.0) as node:
+    with station, replay('/mute', code=1, recording=path, wait_s=5.0) as node:
         assert 'nobody publishes /mute/handled' in station.until_end_of(node)
     assert station.messages == []
 
