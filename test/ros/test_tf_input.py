@@ -61,8 +61,7 @@ def station():
     thread = threading.Thread(target=spin)
     thread.start()
     yield node, other
-    executor.shutdown()
-    context.try_shutdown()
+    context.try_shutdown()  # executor.shutdown would take away what it waits on
     thread.join()
     node.destroy_node()
     other.destroy_node()
