@@ -150,7 +150,7 @@ class Outlets:
             message.clock.sec, message.clock.nanosec = divmod(max(time_ns, 0), 1_000_000_000)
             self._clock.publish(message)
 
-    def wait_for_listeners(self, timeout_s: float, grace_s: float = 1.0) -> bool:
+    def wait_for_listeners(self, timeout_s: float, grace_s: float = 3.0) -> bool:
         """
         Wait until somebody listens to what makes frames.
 
