@@ -10,6 +10,7 @@ import traceback
 from typing import Protocol
 
 import rclpy
+from rclpy.exceptions import InvalidHandle
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.logging import get_logger
 from rclpy.node import Node
@@ -94,7 +95,7 @@ class _Spinning:
 
     def _spin(self) -> None:
         try:
-            self._executor.spin()
+            self._spin_on()
         except ExternalShutdownException:
             pass
         except Exception:
@@ -102,3 +103,12 @@ class _Spinning:
                 self.failed = True
                 get_logger('ros_rops').fatal(traceback.format_exc())
                 ask_to_end()
+
+    def _spin_on(self) -> None:
+        while True:
+            try:
+                return self._executor.spin()
+            except InvalidHandle:
+                # Another thread destroyed an event just as the executor began to wait for it.
+                if not rclpy.ok():
+                    return None

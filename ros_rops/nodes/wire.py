@@ -15,7 +15,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """Reliable; who comes late gets the last message."""
 NO_EVENTS = PublisherEventCallbacks(use_default_callbacks=False)
-"""What is offered as reliable and transient local fits every subscriber: nothing to be told."""
+"""No handlers of events: an executor that waits for one while it is destroyed fails (rclpy 7)."""
 
 
 class Wire:
@@ -42,12 +42,9 @@ class Wire:
 
         `topic` is relative to the node's namespace, or begins with '/'.
         """
-        latched = isinstance(qos, QoSProfile) and (
-            qos.durability is DurabilityPolicy.TRANSIENT_LOCAL)
         with self._lock, self._going_down():
             if not self._closed:
-                found = self._node.create_publisher(
-                    kind, topic, qos, event_callbacks=NO_EVENTS if latched else None)
+                found = self._node.create_publisher(kind, topic, qos, event_callbacks=NO_EVENTS)
                 self._publishers.append(found)
                 return found
         return None
