@@ -49,7 +49,7 @@ def decode_depth(image: Any) -> NDArray[np.float32]:
     order = '>' if attribute(image, 'is_bigendian', KIND) else '<'
     raw = _pixels(image, np.dtype(order + DEPTHS[encoding]), 1)[..., 0]
     if raw.dtype.kind == 'u':
-        depth = np.multiply(raw, np.float32(0.001), dtype=np.float32)
+        depth: NDArray[np.float32] = np.multiply(raw, np.float32(0.001), dtype=np.float32)
         depth[raw == 0] = np.nan
         return depth
     depth = raw.astype(np.float32)

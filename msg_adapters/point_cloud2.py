@@ -88,13 +88,12 @@ def _points(data: memoryview, layout: Layout) -> Floats32or64:
             raise InputError(f'PointCloud2 has no field {name!r}')
     x, y, z = (layout.fields[name] for name in 'xyz')
     single = {field.datatype for field in (x, y, z)} == {CODES['f4']}
-    if not layout.width:
-        return np.empty((layout.height, 0, 3), np.float32 if single else np.float64)
     together = single and layout.order == NATIVE and (
         y.offset, z.offset) == (x.offset + 4, x.offset + 8)
-    if together:
+    if together and layout.width:
         return _together(data, layout, x.offset)
-    xyz = np.empty((layout.height, layout.width, 3), np.float32 if single else np.float64)
+    shape = (layout.height, layout.width, 3)
+    xyz: Floats32or64 = np.empty(shape, np.float32) if single else np.empty(shape)
     with np.errstate(invalid='ignore'):  # holes may be signalling NaN
         for k, field in enumerate((x, y, z)):
             xyz[..., k] = _channel(data, layout, field)
@@ -228,9 +227,9 @@ def encode(
     if rgb is not None:
         if rgb.shape != xyz.shape or rgb.dtype != np.uint8:
             raise ShapeError(f'rgb: expected {xyz.shape} uint8, got {rgb.shape} {rgb.dtype}')
-        wide = rgb.astype(np.uint32)
+        bits = rgb.astype(np.uint32)
         channels['rgb'] = (
-            wide[..., 0] << 16 | wide[..., 1] << 8 | wide[..., 2]).view(np.float32)
+            bits[..., 0] << 16 | bits[..., 1] << 8 | bits[..., 2]).view(np.float32)
     for name, values in (extra or {}).items():
         if values.shape != xyz.shape[:-1] or values.dtype.str[1:] not in CODES:
             raise ShapeError(f'{name}: expected {xyz.shape[:-1]}, got {values.shape} '

@@ -74,7 +74,8 @@ class SqliteFile:
             if isinstance(row, Cut):
                 cut = row
             elif all(isinstance(value, int) for value in row):
-                order.append(row)
+                time, number, topic = row
+                order.append((time, number, topic))
         last = max((number for _, number, _ in order), default=0)
         for time, number, topic in sorted(order):
             try:
@@ -119,7 +120,8 @@ class SqliteFile:
 
     def _behind_gap(self, low: int) -> int | None:
         """Return the least number found behind which messages can be read again."""
-        width = next((2**k for k in range(40) if self._is_sound(low + 2**k)), None)
+        width: int | None = next(
+            (2**k for k in range(40) if self._is_sound(low + 2**k)), None)
         if width is None:
             return None
         lost, sound = low + width // 2, low + width

@@ -169,10 +169,10 @@ class TransformTree:
     ) -> Floats | None:
         """Return T_here_there from the edge of either direction."""
         down, up = self._edges.get((here, there)), self._edges.get((there, here))
-        T = None if down is None else down.at(stamp_ns, beyond_ns)
+        T: Floats | None = None if down is None else down.at(stamp_ns, beyond_ns)
         if T is None and up is not None:
-            inverse = up.at(stamp_ns, beyond_ns)
-            T = None if inverse is None else np.linalg.inv(inverse)
+            back = up.at(stamp_ns, beyond_ns)
+            T = None if back is None else np.asarray(np.linalg.inv(back), np.float64)
         return T
 
 
