@@ -11,15 +11,13 @@ from typing import Protocol
 
 import rclpy
 from rclpy.exceptions import InvalidHandle
-from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.logging import get_logger
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from ros_rops.core.errors import RopsError
 from ros_rops.nodes.signals import ask_to_end, wait_for_signal
 
-THREADS = 3
-"""Of the executor: a transition may take one of them for a while, services have the others."""
 JOIN_S = 2.0
 
 
@@ -84,7 +82,9 @@ class _Spinning:
 
     def __init__(self, node: Node) -> None:
         self.failed = False
-        self._executor = MultiThreadedExecutor(THREADS)
+        # rclpy's executor of several threads turns and turns while a callback runs, and takes the
+        # interpreter from all others. No callback here takes long.
+        self._executor = SingleThreadedExecutor()
         self._executor.add_node(node)
         self._thread = threading.Thread(target=self._spin, name='executor', daemon=True)
         self._thread.start()

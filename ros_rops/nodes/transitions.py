@@ -13,8 +13,10 @@ from typing import Any
 
 from lifecycle_msgs.msg import Transition
 from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import Executor
 from rclpy.lifecycle import LifecycleNodeMixin, LifecycleState, TransitionCallbackReturn
 from rclpy.node import Node
+from rclpy.task import Future
 from ros_rops.core.errors import RopsError
 
 SHUTDOWNS = (
@@ -66,18 +68,32 @@ class CarefulLifecycleNode(LifecycleNodeMixin, Node):
         self.last_failure = ''
         return TransitionCallbackReturn.SUCCESS
 
-    def _on_change_state(self, request: Any, response: Any) -> Any:
+    async def _on_change_state(self, request: Any, response: Any) -> Any:
         response.success = False
         if not self._moving.acquire(blocking=False):
             self.get_logger().warning('asked for a transition while one is under way; refused')
             return response
+        # In a thread of its own: the executor serves others meanwhile.
+        succeeded: Future = Future()
+        threading.Thread(
+            target=self._go, args=(request.transition, succeeded, self.executor),
+            name='transition', daemon=True).start()
+        response.success = await succeeded
+        return response
+
+    def _go(self, asked: Transition, succeeded: Future, executor: Executor | None) -> None:
+        """Go through a transition that was asked for, and let the executor answer."""
+        success = False
         try:
-            trigger = self._trigger(request.transition)
-            if trigger is not None:
-                response.success = trigger() == TransitionCallbackReturn.SUCCESS
+            trigger = self._trigger(asked)
+            success = trigger is not None and trigger() == TransitionCallbackReturn.SUCCESS
+        except Exception as error:  # ROS went down meanwhile
+            self.last_failure = f'transition failed: {error!r}'
         finally:
             self._moving.release()
-        return response
+            succeeded.set_result(success)
+            if executor is not None:
+                executor.wake()
 
     def _trigger(self, asked: Transition) -> Callable[[], TransitionCallbackReturn] | None:
         """Return what goes through a transition; None if the state does not have it."""

@@ -29,9 +29,10 @@ class Wire:
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        # Held while sending, so that no publisher is taken away under it.
-        self._lock = threading.Lock()
-        self._publishers: list[Publisher] = []
+        # One for each publisher, held while sending, so that it is not taken away under it.
+        # A large cloud takes a while, and nothing else must wait for that.
+        self._locks: dict[Publisher, threading.Lock] = {}
+        self._making = threading.Lock()
         self._closed = False
 
     def publisher(
@@ -42,32 +43,37 @@ class Wire:
 
         `topic` is relative to the node's namespace, or begins with '/'.
         """
-        with self._lock, self._going_down():
+        with self._making, self._going_down():
             if not self._closed:
                 found = self._node.create_publisher(kind, topic, qos, event_callbacks=NO_EVENTS)
-                self._publishers.append(found)
+                self._locks[found] = threading.Lock()
                 return found
         return None
 
     def send(self, publisher: Publisher | None, message: Any) -> None:
         """Send a message; nothing when closed, or when ROS was shut down meanwhile."""
-        with self._lock, self._going_down():
-            if publisher in self._publishers:
+        lock = self._locks.get(publisher) if publisher is not None else None
+        if lock is None:
+            return
+        with lock, self._going_down():
+            if publisher in self._locks:
                 publisher.publish(message)
 
     def remove(self, publisher: Publisher | None) -> None:
         """Take a publisher away, and what it latched with it."""
-        with self._lock:
-            if publisher in self._publishers:
-                self._publishers.remove(publisher)
+        lock = self._locks.get(publisher) if publisher is not None else None
+        if lock is None:
+            return
+        with lock:
+            if self._locks.pop(publisher, None) is not None:
                 self._node.destroy_publisher(publisher)
 
     def close(self) -> None:
         """Take all publishers away; what is sent later goes nowhere."""
-        with self._lock:
+        with self._making:
             self._closed = True
-            while self._publishers:
-                self._node.destroy_publisher(self._publishers.pop())
+        for publisher in list(self._locks):
+            self.remove(publisher)
 
     @contextmanager
     def _going_down(self) -> Iterator[None]:
