@@ -38,6 +38,7 @@ class Board:
         self.objects = 0
         self.statuses: dict[str, int] = {status.value: 0 for status in Status}
         self._words: Counter[Word] = Counter()
+        self._lost: Counter[str] = Counter()
         self._doing = ('', 0.0)
         self._lock = threading.Lock()
 
@@ -51,6 +52,11 @@ class Board:
         """Count frames by their word."""
         with self._lock:
             self._words[word] += frames
+
+    def lose(self, topic: str, messages: int) -> None:
+        """Count messages that never came."""
+        with self._lock:
+            self._lost[topic] += messages
 
     def admit(self, views: int) -> None:
         """Count views that were let in, or (negative) are to be taken back."""
@@ -79,6 +85,12 @@ class Board:
         """Return frames by word."""
         with self._lock:
             return {word.value: self._words[word] for word in Word}
+
+    @property
+    def lost(self) -> dict[str, int]:
+        """Return by topic how many messages never came."""
+        with self._lock:
+            return dict(self._lost)
 
     def show(self, update: Update) -> None:
         """Take over what an update says."""

@@ -31,7 +31,7 @@ class Inlet:
     publishers : int
         Those that are there now.
     how : str
-        How it is listened to: its reliability, what DDS lost.
+        How it is listened to: its reliability.
     fault : str
         A sentence on what is wrong with it and what to change, such as a QoS that does not match;
         '' if nothing is.
@@ -75,14 +75,16 @@ class Lately:
 
     Parameters
     ----------
-    dropped, failed : bool
-        Whether frames were dropped, or anything failed that should not, within the last minute.
+    dropped, failed, lost : bool
+        Whether frames were dropped, anything failed that should not, or the middleware lost
+        messages, within the last minute.
     longest_wait_s : float
         The longest that a frame waited to be looked at, since the session began.
     """
 
     dropped: bool = False
     failed: bool = False
+    lost: bool = False
     longest_wait_s: float = 0.0
 
 
@@ -104,14 +106,16 @@ def station_health(
     values : mapping of str to str, int or float
         More of the input.
     """
-    heard = _input(state, lifecycle, tuple(inlets))
+    heard = _input(state, lifecycle, tuple(inlets), lately)
     yield replace(heard, values={**heard.values, **values})
     yield _queue(state, lately)
     yield _registration(state, lately)
     yield _journal(state)
 
 
-def _input(state: StationState, lifecycle: str, inlets: tuple[Inlet, ...]) -> Health:
+def _input(
+    state: StationState, lifecycle: str, inlets: tuple[Inlet, ...], lately: Lately
+) -> Health:
     faults = [inlet.fault for inlet in inlets if inlet.fault]
     silent = [inlet.topic for inlet in inlets if inlet.needed and not inlet.publishers]
     level, text = Level.OK, f'listening, {_count(state.received, "frame")} so far'
@@ -126,8 +130,13 @@ def _input(state: StationState, lifecycle: str, inlets: tuple[Inlet, ...]) -> He
     bad = state.words.get('bad', 0)
     if bad and level is Level.OK:
         level, text = Level.WARN, f'{text}; {_count(bad, "of them")} could not be read'
+    if state.lost:
+        lost = ', '.join(f'{count} of {topic}' for topic, count in state.lost.items())
+        text = f'{text}; lost by the middleware before they came here: {lost}'
+        level = Level.WARN if lately.lost and level is Level.OK else level
     return Health('input', level, _sentence(text), {
         'lifecycle': lifecycle, 'paused': str(state.paused).lower(), 'received': state.received,
+        'lost': sum(state.lost.values()),
         **{f'frames_{word}': count for word, count in state.words.items()},
         **{inlet.topic: f'{_count(inlet.publishers, "publisher")}, {inlet.how}'
            for inlet in inlets}})

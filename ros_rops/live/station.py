@@ -106,6 +106,10 @@ class Station:
         except Exception as error:  # the caller's thread serves others too
             self._board.fail(f'a message could not be taken: {error!r}')
 
+    def lose(self, topic: str, messages: int) -> None:
+        """Note so many more messages of a topic that the middleware lost on their way here."""
+        self._board.lose(topic, messages)
+
     def capture(self) -> Answer:
         """Take the next frame that arrives, whatever the selection says."""
         if not self._accepting:
@@ -172,7 +176,8 @@ class Station:
         return StationState(
             doing, seconds, self._paused, self._inbox.frames, self._tasks.views, board.received,
             self._inbox.overflowed, board.words, board.statuses, board.objects, board.latency_s,
-            board.folder, self._journal, board.last_error, board.last_save, board.errors)
+            board.folder, self._journal, board.last_error, board.last_save, board.errors,
+            board.lost)
 
     def close(self, patience_s: float) -> bool:
         """

@@ -121,6 +121,8 @@ class StationState:
         What the last `~/save` or `~/finish` came to.
     errors : int
         So often something failed that should not; `last_error` is the last of these.
+    lost : mapping of str to int
+        By topic, the messages that the middleware lost before they came here.
     """
 
     doing: str = ''
@@ -139,6 +141,7 @@ class StationState:
     last_error: str = ''
     last_save: str = ''
     errors: int = 0
+    lost: Mapping[str, int] = field(default_factory=dict)
 
 
 class Listener(Protocol):

@@ -168,7 +168,8 @@ class Worker:
             'inputs': [], 'frames': count_words(self._ledger.frames, self._ledger.more),
             'journal': self._journal_state(), 'resumed_frames': self._recalled,
             'lost_inputs': {}, 'threads': self._node.node.threads,
-            'seconds': time.perf_counter() - self._started, 'errors': self._board.errors}
+            'seconds': time.perf_counter() - self._started, 'errors': self._board.errors,
+            'lost_messages': self._board.lost}
 
     def _begin(self, task: Begin) -> None:
         """End the run; with a result that is not that of all views, it can be resumed."""

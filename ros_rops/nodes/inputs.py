@@ -16,6 +16,7 @@ from rclpy.qos import (
 from ros_rops.core.groups_node import InputConfig
 from ros_rops.core.node_config import NodeConfig
 from ros_rops.live.health import Inlet
+from ros_rops.live.losses import Losses
 from ros_rops.recordings.live_frames import COLOR_TOPIC, DEPTH_TOPIC, INFO_TOPIC, VIEWS_TOPIC
 from ros_rops.recordings.messages import Channel, RawMessage
 from ros_rops.recordings.topics import is_rectified
@@ -24,6 +25,7 @@ from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import String
 
 Offer = Callable[[RawMessage], None]
+Lose = Callable[[str, int], None]
 FACTS_DEPTH = 100
 OPTIONAL = (COLOR_TOPIC, FACTS_TOPIC)
 """Nobody needs to publish these."""
@@ -42,15 +44,17 @@ class Inputs:
     config : InputConfig
     offer : callable
         Is given every message; returns at once and raises nothing.
+    lose : callable
+        Is told a topic, and how many more of its messages never came.
     """
 
-    def __init__(self, node: Node, config: InputConfig, offer: Offer) -> None:
+    def __init__(self, node: Node, config: InputConfig, offer: Offer, lose: Lose) -> None:
         self._inputs = [
-            _Input(node, config, offer, Channel(topic, name, 'cdr'), kind)
+            _Input(node, config, offer, lose, Channel(topic, name, 'cdr'), kind)
             for topic, name, kind in _topics(config)]
         if config.kind == 'cloud':
             self._inputs.append(_Input(
-                node, InputConfig(reliability='reliable', depth=FACTS_DEPTH), offer,
+                node, InputConfig(reliability='reliable', depth=FACTS_DEPTH), offer, lose,
                 Channel(FACTS_TOPIC, 'std_msgs/msg/String', 'cdr'), String))
 
     def close(self) -> None:
@@ -83,12 +87,12 @@ class _Input:
     """One topic, and what becomes of publishers that offer less than is asked for."""
 
     def __init__(
-        self, node: Node, config: InputConfig, offer: Offer, channel: Channel, kind: type
+        self, node: Node, config: InputConfig, offer: Offer, lose: Lose, channel: Channel,
+        kind: type,
     ) -> None:
-        self._node, self._config, self._offer = node, config, offer
+        self._node, self._config, self._offer, self._lose = node, config, offer, lose
         self._channel, self._kind = channel, kind
         self._group = MutuallyExclusiveCallbackGroup()
-        self._lost = 0
         self._closed = False
         self._fault = ''
         self._best_effort = config.reliability == 'best_effort'
@@ -102,10 +106,9 @@ class _Input:
     def inlet(self) -> Inlet:
         """Return how the topic is listened to, and what is known of its publishers."""
         how = 'best effort' if self._best_effort else 'reliable'
-        lost = f', {self._lost} messages lost by DDS' if self._lost else ''
         publishers = self._node.count_publishers(self.topic)
         return Inlet(
-            self.topic, publishers, f'{how}{lost}', self._fault if publishers else '',
+            self.topic, publishers, how, self._fault if publishers else '',
             needed=self._channel.topic not in OPTIONAL)
 
     def close(self) -> None:
@@ -114,6 +117,7 @@ class _Input:
 
     def _subscribe(self) -> Any:
         config = self._config
+        losses = Losses(self._only_publisher)
         profile = QoSProfile(
             depth=config.depth,
             reliability=(ReliabilityPolicy.BEST_EFFORT if self._best_effort
@@ -121,16 +125,26 @@ class _Input:
             durability=(DurabilityPolicy.TRANSIENT_LOCAL if config.durability == 'transient_local'
                         else DurabilityPolicy.VOLATILE))
         return self._node.create_subscription(
-            self._kind, self._channel.topic.lstrip('/'), partial(self._take, self._channel),
+            self._kind, self._channel.topic.lstrip('/'), partial(self._take, losses),
             profile, callback_group=self._group, raw=True,
             event_callbacks=SubscriptionEventCallbacks(
-                incompatible_qos=self._incompatible, message_lost=self._lose))
+                incompatible_qos=self._incompatible,
+                message_lost=partial(self._note_lost, losses)))
 
-    def _take(self, channel: Channel, data: bytes) -> None:
-        self._offer(RawMessage(channel, time.time_ns(), data))
+    def _take(self, losses: Losses, data: bytes, info: dict[str, Any]) -> None:
+        self._offer(RawMessage(self._channel, time.time_ns(), data))
+        self._tell(losses.take(info['publication_sequence_number']))
 
-    def _lose(self, event: Any) -> None:
-        self._lost = int(event.total_count)
+    def _note_lost(self, losses: Losses, event: Any) -> None:
+        self._tell(losses.note(int(event.total_count)))
+
+    def _tell(self, lost: int) -> None:
+        if lost:
+            self._lose(self.topic, lost)
+
+    def _only_publisher(self) -> bytes | None:
+        found = self._node.get_publishers_info_by_topic(self.topic)
+        return bytes(found[0].endpoint_gid) if len(found) == 1 else None
 
     def _incompatible(self, event: QoSRequestedIncompatibleQoSInfo) -> None:
         policy = event.last_policy_kind

@@ -123,7 +123,8 @@ class RegistrationNode(CarefulLifecycleNode):
         if self._station is None:
             raise InputError('there is no session')
         self._station.accept(True)
-        self._inputs = Inputs(self, self._settings.read()[1].input, self._station.offer)
+        self._inputs = Inputs(
+            self, self._settings.read()[1].input, self._station.offer, self._station.lose)
 
     def _stop_listening(self) -> None:
         inputs, self._inputs = self._inputs, None

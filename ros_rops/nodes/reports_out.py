@@ -48,7 +48,7 @@ class ReportsOut:
         self._epoch = 0
         self._lock = threading.Lock()
         self._longest_s = 0.0
-        self._dropped, self._failed = _Growth(), _Growth()
+        self._dropped, self._failed, self._lost = _Growth(), _Growth(), _Growth()
 
     def tell_skipped(self, on: bool) -> None:
         """Report frames that were not selected too, or no longer."""
@@ -81,7 +81,7 @@ class ReportsOut:
         with self._lock:
             lately = Lately(
                 self._dropped.lately(state.dropped), self._failed.lately(state.errors),
-                self._longest_s)
+                self._lost.lately(sum(state.lost.values())), self._longest_s)
         message = DiagnosticArray()
         message.header.stamp = self._node.get_clock().now().to_msg()
         message.status = [
