@@ -17,6 +17,7 @@ from ros_rops.intake.admission import Admitted
 from ros_rops.intake.ledger import Ledger, told
 from ros_rops.intake.reports import count_words, frames_document
 from ros_rops.live.board import Board
+from ros_rops.live.memory import give_back
 from ros_rops.live.run import LiveRun
 from ros_rops.live.tasks import Begin, Command, Configure, Count, Place, Recall, Task, Tasks
 from ros_rops.live.voice import Voice
@@ -65,6 +66,8 @@ class Worker:
             except Exception as error:  # a mistake of ours must not end the station
                 self._board.fail(f'{self._board.doing[0] or type(task).__name__}: {told(error)}')
             self._board.do('')
+            if not isinstance(task, Count):  # these come with the frames of a stream
+                give_back()
         self._run.release()
 
     def _new_ledger(self) -> Ledger:

@@ -20,6 +20,7 @@ void draw_samples(Evidence& evidence) {
     std::swap(order[k - 1], order[(state >> 33) % k]);
   }
   evidence.samples.clear();
+  evidence.samples.reserve(order.size());
   for (const std::int32_t c : order) {
     if (dot(field.surface[c].normal, field.surface[c].normal) < 0.5f) continue;
     evidence.samples.push_back(field.surface[c]);
@@ -75,6 +76,7 @@ Evidence grow(const Evidence& shape, const Evidence& view, const Rigid& T_shape_
   }
   Evidence grown;
   grown.field = build_field(vertices, rim, old.cell, reach);
+  grown.rasters.reserve(shape.rasters.size() + view.rasters.size());
   grown.rasters = shape.rasters;
   for (Raster raster : view.rasters) {
     raster.sensor_from_frame = raster.sensor_from_frame * back;

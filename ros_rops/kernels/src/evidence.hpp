@@ -4,6 +4,7 @@
 // sample of oriented points, and a depth raster for each sensor pose that saw it.
 #pragma once
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "rigid.hpp"
@@ -58,9 +59,11 @@ struct Raster {
   Rigid sensor_from_frame;  // z along the viewing direction, pinhole: origin at the centre
   float pixel = 0, per_pixel = 0, u0 = 0, v0 = 0;
   int nu = 0, nv = 0;
-  std::vector<float> nearest;       // least depth of the 3x3 pixels around, infinity where none
-  std::vector<std::uint8_t> clear;  // nothing was seen in the 5x5 pixels around
+  // Not written once built: a view and the shapes that it joined have them in common.
+  std::shared_ptr<float[]> nearest;       // least depth of the 3x3 pixels around, or infinity
+  std::shared_ptr<std::uint8_t[]> clear;  // nothing was seen in the 5x5 pixels around
 
+  std::size_t pixels() const { return static_cast<std::size_t>(nu) * nv; }
   // An unmatched point with this normal: is it in front of what was seen by more than
   // `tolerance`, or would it have been seen where nothing was (cosine to the ray > `facing`)?
   Sight look(Float3 p, Float3 normal, float tolerance, float facing) const;

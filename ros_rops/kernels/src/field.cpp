@@ -60,6 +60,8 @@ void fill_surface(Field& field, Grid& grid, const std::vector<Oriented>& vertice
     at[i] = (z * field.ny + y) * field.nx + x;
   }
   const std::vector<std::int32_t> order = sorted_by(at, grid.nearest.size());
+  field.vertices.reserve(order.size());
+  field.rim.reserve(order.size());
   for (std::size_t k = 0; k < order.size(); ++k) {
     const std::int32_t i = order[k];
     if (k == 0 || at[i] != at[order[k - 1]]) {
@@ -77,6 +79,8 @@ void fill_surface(Field& field, Grid& grid, const std::vector<Oriented>& vertice
     field.rim.push_back(rim[i]);
   }
   field.first.push_back(static_cast<std::int32_t>(order.size()));
+  // It is kept as long as the view is.
+  field.first.shrink_to_fit(), field.surface.shrink_to_fit(), field.border.shrink_to_fit();
   for (std::size_t c = 0; c < field.surface.size(); ++c) {
     const float count = static_cast<float>(field.first[c + 1] - field.first[c]);
     field.surface[c].point = field.surface[c].point * (1 / count);

@@ -25,9 +25,9 @@ void look_beyond(Raster& raster, const std::vector<Float3>& beyond) {
   }
   if (seen.empty()) return;
   // The rays are thinned: each stands for the pixels up to half way to its neighbours.
-  const float apart = std::sqrt(static_cast<float>(raster.nearest.size()) / seen.size());
+  const float apart = std::sqrt(static_cast<float>(raster.pixels()) / seen.size());
   const int reach = std::min(static_cast<int>(apart / 2 + 0.5f), 4);
-  std::vector<float> depths(raster.nearest.size(), INFINITY);
+  std::vector<float> depths(raster.pixels(), INFINITY);
   for (const Float3& s : seen)
     for (int j = std::max(static_cast<int>(s.y) - reach, 0);
          j <= std::min(static_cast<int>(s.y) + reach, raster.nv - 1); ++j)
@@ -75,16 +75,17 @@ Raster build_raster(const std::vector<Oriented>& vertices, const std::vector<Flo
   raster.u0 -= 3 * raster.pixel, raster.v0 -= 3 * raster.pixel;
   raster.nu = static_cast<int>((u1 - raster.u0) / raster.pixel) + 4;
   raster.nv = static_cast<int>((v1 - raster.v0) / raster.pixel) + 4;
-  const std::size_t pixels = static_cast<std::size_t>(raster.nu) * raster.nv;
-  std::vector<float> depths(pixels, INFINITY);
+  std::vector<float> depths(raster.pixels(), INFINITY);
   for (const Float3& s : seen) {
     const int i = static_cast<int>((s.x - raster.u0) / raster.pixel);
     const int j = static_cast<int>((s.y - raster.v0) / raster.pixel);
     float& d = depths[static_cast<std::size_t>(j) * raster.nu + i];
     d = std::min(d, s.z);
   }
-  raster.nearest.assign(pixels, INFINITY);
-  raster.clear.assign(pixels, 1);
+  raster.nearest.reset(new float[raster.pixels()]);
+  raster.clear.reset(new std::uint8_t[raster.pixels()]);
+  std::fill_n(raster.nearest.get(), raster.pixels(), INFINITY);
+  std::fill_n(raster.clear.get(), raster.pixels(), std::uint8_t{1});
   for (int j = 0; j < raster.nv; ++j)
     for (int i = 0; i < raster.nu; ++i) {
       float& d = raster.nearest[static_cast<std::size_t>(j) * raster.nu + i];
