@@ -75,6 +75,7 @@ def test_a_frame_on_which_segmentation_fails_is_bad_and_the_next_goes_on(
 
 def test_a_listener_that_fails_ends_nothing(tmp_path):
     class Broken(Heard):
+
         def handled(self, handled):
             super().handled(handled)
             raise OSError('no wire')
