@@ -14,6 +14,7 @@ from ros_rops.core.config import Config
 from ros_rops.core.errors import InputError
 from ros_rops.core.node_config import NodeConfig
 from ros_rops.live.words import Answer
+from ros_rops.nodes.alarms import Alarms
 from ros_rops.nodes.idle_health import IdleHealth
 from ros_rops.nodes.inputs import Inputs, with_lens
 from ros_rops.nodes.parameters import Settings
@@ -57,6 +58,7 @@ class RegistrationNode(CarefulLifecycleNode):
         self._settings = Settings(self, self._reconfigure)
         self._doors = Services(self, self._ask)
         self._idle = IdleHealth(self)
+        self._alarms = Alarms(self.get_logger())
         # Of a clock that goes on when simulated time stands still.
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer_group = MutuallyExclusiveCallbackGroup()
@@ -116,6 +118,7 @@ class RegistrationNode(CarefulLifecycleNode):
             config, with_lens(self, own), _folder(own, self.get_fully_qualified_name()),
             self._outputs, lookup=self._tf.lookup if self._tf else None)
         station.start()
+        self._alarms = Alarms(self.get_logger())
         self._station = station
         self._set_rate(own)
 
@@ -206,8 +209,9 @@ class RegistrationNode(CarefulLifecycleNode):
             self._guarded(lambda: self._idle.publish(self.label, extra))
             return
         inlets = inputs.inlets() if inputs is not None else []
-        self._guarded(
-            lambda: outputs.diagnostics(station.state(), self.label, extra, inlets))
+        state = station.state()
+        self._alarms.tell(state)
+        self._guarded(lambda: outputs.diagnostics(state, self.label, extra, inlets))
 
     def _guarded(self, call: Any) -> None:
         try:

@@ -23,6 +23,7 @@ from contextlib import contextmanager
 import json
 from pathlib import Path
 import re
+import shutil
 from typing import Any
 
 from ros_rops.core.errors import InputError
@@ -36,6 +37,9 @@ from ros_rops.reporting.poses import plain, poses_document, trace_document
 from ros_rops.reporting.run import Run
 
 LATEST = 'latest'
+POSES = 'poses.json'
+FRESH = '.fresh'
+"""Below the run folder: a result that is not whole yet."""
 
 
 def prepare_folder(folder: Path) -> None:
@@ -51,9 +55,9 @@ def prepare_folder(folder: Path) -> None:
     """
     with _writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
-        if (folder / 'poses.json').exists():
+        if (folder / POSES).exists():
             _clear_objects(folder, keep=())
-        probe = folder / 'poses.json'
+        probe = folder / POSES
         probe.write_text('', encoding='utf-8')
         probe.unlink()
 
@@ -62,24 +66,46 @@ def write_run(folder: Path, run: Run, *, picture: bool = True) -> dict[str, Any]
     """
     Write everything and return the content of `poses.json`.
 
+    What an earlier call wrote stays until all of this is on disk.
+
     Raises
     ------
     InputError
         If a file cannot be written; the text names it.
     """
     document = poses_document(run)
+    fresh = folder / FRESH
     with _writing(folder):
-        clouds = _write_objects(folder, run)
-        (folder / 'config.yaml').write_text(dump_config(run.config), encoding='utf-8')
-        _write_json(folder / 'metrics.json', metrics_document(run))
-        _write_json(folder / 'trace.json', trace_document(run))
-        if picture:
-            draw_objects(folder / 'picture.png', clouds, document['views'])
-        if run.frames:
-            _write_json(folder / 'frames.json', plain(run.frames))
-        _write_json(folder / 'poses.json', document)
+        shutil.rmtree(fresh, ignore_errors=True)  # of a process that was killed
+        fresh.mkdir()
+        try:
+            _write_files(fresh, run, document, picture=picture)
+            _move_files(fresh, folder)
+        finally:
+            shutil.rmtree(fresh, ignore_errors=True)
         point_latest(folder)
     return document
+
+
+def _write_files(folder: Path, run: Run, document: dict[str, Any], *, picture: bool) -> None:
+    clouds = _write_objects(folder, run)
+    (folder / 'config.yaml').write_text(dump_config(run.config), encoding='utf-8')
+    _write_json(folder / 'metrics.json', metrics_document(run))
+    _write_json(folder / 'trace.json', trace_document(run))
+    if picture:
+        draw_objects(folder / 'picture.png', clouds, document['views'])
+    if run.frames:
+        _write_json(folder / 'frames.json', plain(run.frames))
+    _write_json(folder / POSES, document)
+
+
+def _move_files(fresh: Path, folder: Path) -> None:
+    """Put a result in the place of the one before; without `poses.json` none is whole."""
+    (folder / POSES).unlink(missing_ok=True)
+    names = sorted((path.name for path in fresh.iterdir()), key=lambda name: name == POSES)
+    _clear_objects(folder, keep=names)
+    for name in names:
+        (fresh / name).replace(folder / name)
 
 
 def metrics_document(run: Run) -> dict[str, Any]:
@@ -96,11 +122,14 @@ def metrics_document(run: Run) -> dict[str, Any]:
 
 def point_latest(folder: Path) -> None:
     """Let `latest` beside `folder` point to it, unless something else has that name."""
-    link = folder.resolve().parent / LATEST
-    if link.is_symlink():
-        link.unlink()
-    if not link.exists():
-        link.symlink_to(folder.resolve().name)
+    place = folder.resolve()
+    link = place.parent / LATEST
+    if link.is_symlink() or not link.exists():
+        # In one step: another run beside this one may do the same now.
+        fresh = place.parent / f'.{LATEST}-{place.name}'
+        fresh.unlink(missing_ok=True)
+        fresh.symlink_to(place.name)
+        fresh.replace(link)
 
 
 def _write_objects(folder: Path, run: Run) -> dict[int, ObjectCloud]:
@@ -111,15 +140,13 @@ def _write_objects(folder: Path, run: Run) -> dict[int, ObjectCloud]:
             folder / f'object_{model.id}.ply', cloud.points, normals=cloud.normals,
             colors=cloud.colors, view_ids=cloud.view_ids)
         clouds[model.id] = cloud
-    _clear_objects(folder, keep=clouds)
     return clouds
 
 
-def _clear_objects(folder: Path, keep: Collection[int]) -> None:
-    """Take out the objects of an earlier result, but for those of the numbers `keep`."""
-    names = {f'object_{number}.ply' for number in keep}
+def _clear_objects(folder: Path, keep: Collection[str]) -> None:
+    """Take out the objects of an earlier result, but for those named in `keep`."""
     for path in folder.glob('object_*.ply'):
-        if path.name not in names:
+        if path.name not in keep:
             path.unlink()
 
 

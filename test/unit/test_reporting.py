@@ -2,7 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The run folder. Truth: what the session said, put together here by hand."""
 
+from concurrent.futures import ThreadPoolExecutor
+import errno
 import json
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -18,7 +21,7 @@ from ros_rops.reporting.explain import explain
 from ros_rops.reporting.picture import principal_frame
 from ros_rops.reporting.poses import plain
 from ros_rops.reporting.run import Refusal, Run
-from ros_rops.reporting.run_folder import prepare_folder, write_run
+from ros_rops.reporting.run_folder import point_latest, prepare_folder, write_run
 from ros_rops.reporting.table import result_table
 
 SHIFT = np.array([
@@ -206,3 +209,34 @@ def test_principal_frame_is_a_rotation_ordered_by_extent():
     np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-12)
     assert np.linalg.det(frame) == pytest.approx(1.0)
     assert np.abs(frame).argmax(axis=1).tolist() == [1, 2, 0]
+
+
+def test_a_save_that_fails_leaves_the_result_before_it_whole(folder, run, monkeypatch):
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    run.session.objects[0].views.pop()
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, 'No space left on device')
+
+    monkeypatch.setattr('ros_rops.reporting.run_folder.trace_document', full)
+    with pytest.raises(InputError, match='No space left'):
+        write_run(folder, run)
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+    monkeypatch.undo()
+    (folder / '.fresh').mkdir()  # a process that was killed left it
+    write_run(folder, run)
+    assert {path.name for path in folder.iterdir()} == set(before)
+    assert (folder / 'object_0.ply').read_bytes() != before['object_0.ply']
+
+
+def test_runs_beside_each_other_may_point_to_themselves_at_once(tmp_path):
+    folders = [tmp_path / f'run_{number}' for number in range(4)]
+
+    def point(folder: Path) -> None:
+        for _ in range(200):
+            point_latest(folder)
+
+    with ThreadPoolExecutor() as pool:
+        list(pool.map(point, folders))
+    assert (tmp_path / 'latest').readlink().name in {folder.name for folder in folders}
+    assert [path.name for path in tmp_path.iterdir()] == ['latest']
