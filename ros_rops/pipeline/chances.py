@@ -21,6 +21,14 @@ class Chance:
     larger: int
 
 
+@dataclass(frozen=True, slots=True)
+class Vain:
+    """How plausible two shapes were when they did not fit, and how many views they had."""
+
+    plausibility: float
+    views: int
+
+
 class Chances:
     """
     The votes of features on pairs of shapes, asked for once each.
@@ -42,25 +50,44 @@ class Chances:
         self._values: dict[Pair, float] = {}
         self._careful: set[Pair] = set()
         self._tried: set[Pair] = set()
+        self._vain: dict[Pair, Vain] = {}
 
     def of(
         self, pairs: Collection[Pair], shape: Callable[[int], Shape], least: float, *,
-        careful: bool = False,
+        careful: bool = False, again: bool = False,
     ) -> list[Chance]:
-        """Pairs (rising keys) not yet tried that are plausible enough, the most so first."""
+        """
+        Pairs (rising keys) not yet tried that are plausible enough, the most so first.
+
+        What was tried in vain before the shapes grew is left out unless they have become more
+        plausible or far larger since, or `again` is set.
+        """
         found = []
         for a, b in pairs:
             if (a, b) in self._tried:
                 continue
             small, large = sorted((a, b), key=lambda k: (shape(k).size, -k))
             value = self._value(small, large, shape, careful)
-            if value >= least:
+            if value >= least and (again or self._is_new(a, b, value, shape)):
                 found.append(Chance(value, small, large))
         return sorted(found, key=lambda c: (-c.plausibility, c.smaller, c.larger))
 
     def spend(self, chance: Chance) -> None:
         """Note that a pair is tried now."""
         self._tried.add(pair_of(chance.smaller, chance.larger))
+
+    def fail(self, chance: Chance, views: int) -> None:
+        """Note that a pair, of so many views together, did not fit."""
+        self._vain[pair_of(chance.smaller, chance.larger)] = Vain(chance.plausibility, views)
+
+    def inherit(self, key: int, *parts: int) -> None:
+        """Let a shape know what its parts were tried with in vain."""
+        for (a, b), vain in list(self._vain.items()):
+            if (a in parts) != (b in parts):
+                pair = pair_of(b if a in parts else a, key)
+                known = self._vain.get(pair, vain)
+                self._vain[pair] = Vain(
+                    max(vain.plausibility, known.plausibility), max(vain.views, known.views))
 
     def renew(self, keys: Collection[int]) -> bool:
         """Let the pairs of these shapes be tried again; return whether any was tried."""
@@ -69,6 +96,7 @@ class Chances:
         self._careful -= stale
         for pair in stale:
             self._values.pop(pair, None)
+            self._vain.pop(pair, None)
         return bool(stale)
 
     def hopes(self, small: int, large: int) -> dict[int, float]:
@@ -91,6 +119,15 @@ class Chances:
         self._values = {k: v for k, v in self._values.items() if key not in k}
         self._careful = {k for k in self._careful if key not in k}
         self._tried = {k for k in self._tried if key not in k}
+        self._vain = {k: v for k, v in self._vain.items() if key not in k}
+
+    def _is_new(
+        self, a: int, b: int, value: float, shape: Callable[[int], Shape]
+    ) -> bool:
+        vain = self._vain.get((a, b))
+        return (
+            vain is None or value >= self._config.growth.better * vain.plausibility
+            or shape(a).size + shape(b).size >= self._config.growth.larger * vain.views)
 
     def _value(
         self, small: int, large: int, shape: Callable[[int], Shape], careful: bool

@@ -72,7 +72,7 @@ class Growth:
         """Try all that has a chance at all, best first, until nothing fits any more."""
         while True:
             chances = self._chances_of(
-                self._likeliest_pairs(), self._config.growth.least, careful=True)
+                self._likeliest_pairs(), self._config.growth.least, careful=True, again=True)
             if not chances:
                 return
             self._try(chances[0])
@@ -108,7 +108,7 @@ class Growth:
         pairs: set[tuple[int, int]] = set()
         for key in keys:
             others = [pair_of(key, k) for k in keys if k != key]
-            chances = self._chances_of(others, -1.0)[:self._config.growth.partners]
+            chances = self._chances_of(others, -1.0, again=True)[:self._config.growth.partners]
             pairs.update(pair_of(c.smaller, c.larger) for c in chances)
         return sorted(pairs)
 
@@ -202,9 +202,10 @@ class Growth:
         return None
 
     def _chances_of(
-        self, pairs: list[tuple[int, int]], least: float, *, careful: bool = False
+        self, pairs: list[tuple[int, int]], least: float, *, careful: bool = False,
+        again: bool = False,
     ) -> list[Chance]:
-        return self._chances.of(pairs, self._shape, least, careful=careful)
+        return self._chances.of(pairs, self._shape, least, careful=careful, again=again)
 
     def _shape(self, key: int) -> Shape:
         """Return a shape whose surface is that of its present poses."""
@@ -242,6 +243,7 @@ class Growth:
             record = replace(record, status=result.status, reason=result.reason)
         self.trace.append(record)
         if merged is None:
+            self._chances.fail(chance, small.size + large.size)
             if small.size == 1:
                 self._words.refused(small.first, result)
             return None
@@ -263,10 +265,11 @@ class Growth:
     def _merge(self, small: int, large: int, merged: Shape) -> int:
         ids = [self._object_ids[k] for k in (large, small) if k in self._object_ids]
         hopes = self._chances.hopes(small, large)
+        key = self._insert(merged)
+        self._chances.inherit(key, small, large)
+        self._chances.hope(key, hopes)
         self._forget(small)
         self._forget(large)
-        key = self._insert(merged)
-        self._chances.hope(key, hopes)
         if not ids:
             ids = [self._next_object]
             self._next_object += 1
