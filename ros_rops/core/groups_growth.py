@@ -26,7 +26,7 @@ class GrowthConfig(Group):
         1.1, 'Views that did not fit an object try it again when it has grown and their score is '
         'so many times higher.', low=1.0, high=1000.0)
     larger: float = param(
-        1.5, 'Or when it has so many times as many views; all try again at the end.',
+        1.25, 'Or when it has so many times as many views; all try again at the end.',
         low=1.0, high=1000.0)
     partners: int = param(
         8, 'Shapes that a shape considers with all its features at the end.',
