@@ -13,7 +13,7 @@ MAKEFLAGS += --no-builtin-rules
 KERNELS := $(wildcard ros_rops/kernels/src/*.cpp ros_rops/kernels/src/*.hpp)
 SETUP := setup.py pyproject.toml .ci/make_venv
 OVERLAY := .ci/make_overlay $(wildcard .ci/overlay/*/* .ci/overlay/*/*/*)
-CODE := ros_rops setup.py test .ci/generate.py $(wildcard msg_adapters launch)
+CODE := ros_rops setup.py test .ci/generate.py .ci/draw_station.py $(wildcard msg_adapters launch)
 
 .PHONY: help demo test lint format types pytest generate clean
 help:

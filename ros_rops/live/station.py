@@ -177,7 +177,7 @@ class Station:
             doing, seconds, self._paused, self._inbox.frames, self._tasks.views, board.received,
             self._inbox.overflowed, board.words, board.statuses, board.objects, board.latency_s,
             board.folder, self._journal, board.last_error, board.last_save, board.errors,
-            board.lost)
+            board.lost, board.resuming)
 
     def close(self, patience_s: float) -> bool:
         """

@@ -123,6 +123,8 @@ class StationState:
         So often something failed that should not; `last_error` is the last of these.
     lost : mapping of str to int
         By topic, the messages that the middleware lost before they came here.
+    resuming : bool
+        Whether what the run's journal held is still being gone through.
     """
 
     doing: str = ''
@@ -142,6 +144,7 @@ class StationState:
     last_save: str = ''
     errors: int = 0
     lost: Mapping[str, int] = field(default_factory=dict)
+    resuming: bool = False
 
 
 class Listener(Protocol):

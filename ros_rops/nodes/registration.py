@@ -121,18 +121,26 @@ class RegistrationNode(CarefulLifecycleNode):
         self._alarms = Alarms(self.get_logger())
         self._station = station
         self._set_rate(own)
+        state = station.state()
+        how = 'going on with the run in' if state.resuming else 'a new run, in'
+        self.get_logger().info(f'{how} {state.folder}')
 
     def _listen(self) -> None:
         if self._station is None:
             raise InputError('there is no session')
         self._station.accept(True)
-        self._inputs = Inputs(
-            self, self._settings.read()[1].input, self._station.offer, self._station.lose)
+        config, own = self._settings.read()
+        self._inputs = Inputs(self, own.input, self._station.offer, self._station.lose)
+        topics = ', '.join(inlet.topic for inlet in self._inputs.inlets())
+        self.get_logger().info(
+            f'active: listening on {topics}; selection.method {config.selection.method}')
 
     def _stop_listening(self) -> None:
         inputs, self._inputs = self._inputs, None
         if inputs is not None:
             inputs.close()
+            if self.context.ok():
+                self.get_logger().info('listening no more')
         if self._station is not None:
             self._station.accept(False)
 

@@ -16,6 +16,7 @@ from ros_rops.live.health import (
     frame_health, gone_health, Inlet, Lately, station_health, view_health)
 from ros_rops.live.places import FrameNames
 from ros_rops.live.words import Handled, StationState, Update
+from ros_rops.nodes.console import Console
 from ros_rops.nodes.wire import Wire
 from std_msgs.msg import Header
 
@@ -28,7 +29,7 @@ LATELY_S = 60.0
 
 class ReportsOut:
     """
-    Publish `view_reports`, `handled` and `/diagnostics`.
+    Publish `view_reports`, `handled` and `/diagnostics`; log what matters of it.
 
     Parameters
     ----------
@@ -44,6 +45,7 @@ class ReportsOut:
         self._reports = wire.publisher(DiagnosticStatus, 'view_reports', REPORTS)
         self._handled = wire.publisher(Header, 'handled', HANDLED)
         self._health = wire.publisher(DiagnosticArray, '/diagnostics', 10)
+        self._console = Console(node)
         self._frames: dict[str, str] = {}
         self._epoch = 0
         self._lock = threading.Lock()
@@ -58,6 +60,7 @@ class ReportsOut:
         """Publish the words that changed; of views that are gone, that."""
         for health in self._changes(update):
             self._send_report(health)
+            self._console.view(health)
 
     def handled(self, handled: Handled) -> None:
         """Publish that a message has its word, and the word if it gave no view."""
@@ -67,7 +70,9 @@ class ReportsOut:
         wanted = report is not None and report.word is not Word.TAKEN and (
             self._skipped or report.word is not Word.SKIPPED)
         if report is not None and wanted:
-            self._send_report(frame_health(report, handled.frame_id))
+            health = frame_health(report, handled.frame_id)
+            self._send_report(health)
+            self._console.frame(health)
         header = Header(frame_id=handled.frame_id)
         header.stamp.sec, header.stamp.nanosec = (
             int(part) for part in divmod(handled.stamp_ns, SECOND))
@@ -82,12 +87,14 @@ class ReportsOut:
             lately = Lately(
                 self._dropped.lately(state.dropped), self._failed.lately(state.errors),
                 self._lost.lately(sum(state.lost.values())), self._longest_s)
+        parts = tuple(station_health(state, lifecycle, inlets, lately, values))
+        self._console.station(parts, state)
         message = DiagnosticArray()
         message.header.stamp = self._node.get_clock().now().to_msg()
         message.status = [
             self._status(health, f'{self._node.get_name()}: {health.name}',
                          self._node.get_fully_qualified_name())
-            for health in station_health(state, lifecycle, inlets, lately, values)]
+            for health in parts]
         self._wire.send(self._health, message)
 
     def _changes(self, update: Update) -> Iterator[Health]:
