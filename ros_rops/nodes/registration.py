@@ -147,8 +147,12 @@ class RegistrationNode(CarefulLifecycleNode):
     def _close(self, patience_s: float) -> None:
         self._stop_listening()
         if self._station is not None:
-            self._leaving, self._station = self._station, None
+            station = self._leaving = self._station
+            self._station = None
             self._let_leave(patience_s)
+            outputs = self._outputs
+            if outputs is not None:  # what came of the last second
+                self._guarded(lambda: outputs.diagnostics(station.state(), self.label))
         if self._leaving is not None:
             self.get_logger().warning(
                 'a registration is under way that does not end in time; its view is in the '

@@ -31,3 +31,10 @@ def test_one_line_for_each_thing_a_user_asks_about(tmp_path):
         process.says(f'a new run, in {tmp_path / "run_0002"}')
         client.change('deactivate')
         process.says('listening no more')
+
+
+def test_what_was_saved_just_before_the_end_is_said(tmp_path):
+    with station(tmp_path) as (process, client):
+        client.ask('save')
+        process.end()
+        assert f'saved 0 objects of 0 views to {tmp_path / "run_0001"}' in process.output
