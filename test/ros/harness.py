@@ -28,6 +28,8 @@ from std_srvs.srv import SetBool, Trigger
 ROOT = Path(__file__).resolve().parents[2]
 PATIENCE_S = 30.0
 """Nothing takes so long; two loaded cores take long."""
+ASK_AGAIN_S = 3.0
+"""A node that is there answers in some milliseconds."""
 RELIABLE = QoSProfile(depth=200, reliability=ReliabilityPolicy.RELIABLE)
 BEST_EFFORT = QoSProfile(depth=200, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(
@@ -132,7 +134,9 @@ class NodeProcess:
 
     def __exit__(self, kind: type | None, *error: object) -> None:
         code = self.end()
-        if kind is None:
+        if kind is not None:
+            sys.stdout.write(self.output)  # pytest shows it with what failed
+        else:
             assert code in self._expected, self.output
             assert 'Traceback' not in self.output, self.output
 
@@ -202,7 +206,19 @@ class Client:
 
     def state(self, node: str = NODE) -> str:
         """Return the label of a lifecycle node's state."""
-        return str(self.call(GetState, f'{node}/get_state').current_state.label)
+        # On a busy machine an answer may be lost, probably since a service that does not know of
+        # its client yet gives up after 0.1 s (rmw_fastrtps): the question is asked again.
+        client = self._client(GetState, f'{node}/get_state')
+        wait_for(client.service_is_ready, f'the service {node}/get_state')
+        deadline = time.monotonic() + PATIENCE_S
+        while time.monotonic() < deadline:
+            future = client.call_async(GetState.Request())
+            again = time.monotonic() + ASK_AGAIN_S
+            while time.monotonic() < again:
+                if future.done():
+                    return str(future.result().current_state.label)
+                time.sleep(0.005)
+        raise AssertionError(f'in vain: {node}/get_state answers')
 
     def change(self, transition: int | str, node: str = NODE) -> bool:
         """Ask for a transition, and tell whether it went well."""
