@@ -92,6 +92,7 @@ class _Input:
     ) -> None:
         self._node, self._config, self._offer, self._lose = node, config, offer, lose
         self._channel, self._kind = channel, kind
+        # Of its own: an event that is destroyed while the executor takes it locks its group.
         self._group = MutuallyExclusiveCallbackGroup()
         self._closed = False
         self._fault = ''

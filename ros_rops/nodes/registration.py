@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """`rops_registration`: the live station as a lifecycle node."""
 
+import math
 import os
 from pathlib import Path
 import time
 from typing import Any, TYPE_CHECKING
 
-from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from ros_rops.core.config import Config
@@ -61,9 +61,9 @@ class RegistrationNode(CarefulLifecycleNode):
         self._alarms = Alarms(self.get_logger())
         # Of a clock that goes on when simulated time stands still.
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._timer_group = MutuallyExclusiveCallbackGroup()
-        self.create_timer(1.0, self._diagnose, self._timer_group, self._steady)
+        self.create_timer(1.0, self._diagnose, clock=self._steady)
         self._rebroadcast: Any = None
+        self._end_by = math.inf
 
     def begin(self) -> None:
         """Configure and activate, if that is asked for."""
@@ -72,6 +72,8 @@ class RegistrationNode(CarefulLifecycleNode):
 
     def end(self) -> bool:
         """Let go of everything; tell whether all threads came to their end."""
+        # A transition that is under way must not take its own time now.
+        self._end_by = time.monotonic() + END_S
         if self.label != FINALIZED:
             self.move(self.trigger_shutdown)
         return self._leaving is None
@@ -172,7 +174,7 @@ class RegistrationNode(CarefulLifecycleNode):
         while self._leaving is not None:
             if self._leaving.close(STEP_S):
                 self._leaving = None
-            elif time.monotonic() > deadline or asked_again():
+            elif time.monotonic() > min(deadline, self._end_by) or asked_again():
                 return
 
     def _ask(self, name: str, *values: bool) -> Answer:
@@ -207,7 +209,7 @@ class RegistrationNode(CarefulLifecycleNode):
             self._rebroadcast = None
         if own.publish.tf:
             self._rebroadcast = self.create_timer(
-                1.0 / own.publish.tf_rate_hz, self._broadcast, self._timer_group, self._steady)
+                1.0 / own.publish.tf_rate_hz, self._broadcast, clock=self._steady)
 
     def _broadcast(self) -> None:
         outputs = self._outputs

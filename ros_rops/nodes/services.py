@@ -6,7 +6,6 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
 from ros_rops.live.words import Answer
 from std_srvs.srv import SetBool, Trigger
@@ -28,12 +27,9 @@ class Services:
 
     def __init__(self, node: Node, ask: Ask) -> None:
         self._node, self._ask = node, ask
-        # Of their own, so that nothing else that the node does keeps them waiting.
-        group = MutuallyExclusiveCallbackGroup()
         for name in TRIGGERS:
-            node.create_service(
-                Trigger, f'~/{name}', partial(self._trigger, name), callback_group=group)
-        node.create_service(SetBool, '~/pause', self._pause, callback_group=group)
+            node.create_service(Trigger, f'~/{name}', partial(self._trigger, name))
+        node.create_service(SetBool, '~/pause', self._pause)
 
     def _trigger(self, name: str, _: Any, response: Trigger.Response) -> Trigger.Response:
         return self._answer(response, name)

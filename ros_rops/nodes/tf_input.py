@@ -8,7 +8,7 @@ import time
 from typing import Any
 
 from msg_adapters import transforms
-from rclpy.callback_groups import CallbackGroup
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros_rops.core.errors import InputError
@@ -35,8 +35,6 @@ class TfInput:
     node : Node
     wait_s : float
         The longest that `lookup` waits for a transform that has not come yet.
-    callback_group : CallbackGroup, optional
-        By default the node's own.
 
     Attributes
     ----------
@@ -44,9 +42,7 @@ class TfInput:
         Whether tf2_msgs is there.
     """
 
-    def __init__(
-        self, node: Node, *, wait_s: float = WAIT_S, callback_group: CallbackGroup | None = None
-    ) -> None:
+    def __init__(self, node: Node, *, wait_s: float = WAIT_S) -> None:
         self._node, self._wait_s = node, wait_s
         self._tree = TransformTree(span_ns=SPAN_NS)
         self._decoder = Decoder()
@@ -63,13 +59,15 @@ class TfInput:
                 'tf2_msgs is not installed: /tf and /tf_static are not listened to')
             return
         self.available = True
+        # Of its own: an event that is destroyed while the executor takes it locks its group.
+        group = MutuallyExclusiveCallbackGroup()
         for topic, durability in (
             ('/tf', DurabilityPolicy.VOLATILE), ('/tf_static', DurabilityPolicy.TRANSIENT_LOCAL),
         ):
             channel = Channel(topic, KIND, 'cdr')
             self._subscriptions.append(node.create_subscription(
                 TFMessage, topic, partial(self._take, channel),
-                QoSProfile(depth=DEPTH, durability=durability), callback_group=callback_group,
+                QoSProfile(depth=DEPTH, durability=durability), callback_group=group,
                 raw=True))
 
     @property
