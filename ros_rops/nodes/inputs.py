@@ -49,13 +49,11 @@ class Inputs:
     """
 
     def __init__(self, node: Node, config: InputConfig, offer: Offer, lose: Lose) -> None:
+        # The executor takes what waits in this order: what belongs to a frame before the frame,
+        # however late both are taken.
         self._inputs = [
-            _Input(node, config, offer, lose, Channel(topic, name, 'cdr'), kind)
-            for topic, name, kind in _topics(config)]
-        if config.kind == 'cloud':
-            self._inputs.append(_Input(
-                node, InputConfig(reliability='reliable', depth=FACTS_DEPTH), offer, lose,
-                Channel(FACTS_TOPIC, 'std_msgs/msg/String', 'cdr'), String))
+            _Input(node, own, offer, lose, Channel(topic, name, 'cdr'), kind)
+            for own, topic, name, kind in _topics(config)]
 
     def close(self) -> None:
         """Listen no more."""
@@ -75,12 +73,15 @@ def with_lens(node: Node, config: NodeConfig) -> NodeConfig:
     return replace(config, input=replace(config.input, lens=lens))
 
 
-def _topics(config: InputConfig) -> list[tuple[str, str, type]]:
+def _topics(config: InputConfig) -> list[tuple[InputConfig, str, str, type]]:
     if config.kind == 'cloud':
-        return [(VIEWS_TOPIC, 'sensor_msgs/msg/PointCloud2', PointCloud2)]
+        facts = InputConfig(reliability='reliable', depth=FACTS_DEPTH)
+        return [(facts, FACTS_TOPIC, 'std_msgs/msg/String', String),
+                (config, VIEWS_TOPIC, 'sensor_msgs/msg/PointCloud2', PointCloud2)]
     image = 'sensor_msgs/msg/Image'
-    topics = [(DEPTH_TOPIC, image, Image), (INFO_TOPIC, 'sensor_msgs/msg/CameraInfo', CameraInfo)]
-    return [*topics, (COLOR_TOPIC, image, Image)] if config.color else topics
+    color = [(config, COLOR_TOPIC, image, Image)] if config.color else []
+    return [(config, INFO_TOPIC, 'sensor_msgs/msg/CameraInfo', CameraInfo), *color,
+            (config, DEPTH_TOPIC, image, Image)]
 
 
 class _Input:

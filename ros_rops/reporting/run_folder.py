@@ -38,6 +38,8 @@ from ros_rops.reporting.run import Run
 
 LATEST = 'latest'
 POSES = 'poses.json'
+NEW_POSES = 'poses.new'
+"""Not the name that others wait for, wherever they look."""
 FRESH = '.fresh'
 """Below the run folder: a result that is not whole yet."""
 
@@ -96,16 +98,17 @@ def _write_files(folder: Path, run: Run, document: dict[str, Any], *, picture: b
         draw_objects(folder / 'picture.png', clouds, document['views'])
     if run.frames:
         _write_json(folder / 'frames.json', plain(run.frames))
-    _write_json(folder / POSES, document)
+    _write_json(folder / NEW_POSES, document)
 
 
 def _move_files(fresh: Path, folder: Path) -> None:
     """Put a result in the place of the one before; without `poses.json` none is whole."""
     (folder / POSES).unlink(missing_ok=True)
-    names = sorted((path.name for path in fresh.iterdir()), key=lambda name: name == POSES)
+    names = {path.name for path in fresh.iterdir()} - {NEW_POSES}
     _clear_objects(folder, keep=names)
     for name in names:
         (fresh / name).replace(folder / name)
+    (fresh / NEW_POSES).replace(folder / POSES)
 
 
 def metrics_document(run: Run) -> dict[str, Any]:
