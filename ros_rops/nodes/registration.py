@@ -14,7 +14,6 @@ from ros_rops.core.config import Config
 from ros_rops.core.errors import InputError
 from ros_rops.core.node_config import NodeConfig
 from ros_rops.live.words import Answer
-from ros_rops.nodes.alarms import Alarms
 from ros_rops.nodes.idle_health import IdleHealth
 from ros_rops.nodes.inputs import Inputs, with_lens
 from ros_rops.nodes.parameters import Settings
@@ -58,7 +57,6 @@ class RegistrationNode(CarefulLifecycleNode):
         self._settings = Settings(self, self._reconfigure)
         self._doors = Services(self, self._ask)
         self._idle = IdleHealth(self)
-        self._alarms = Alarms(self.get_logger())
         # Of a clock that goes on when simulated time stands still.
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0, self._diagnose, clock=self._steady)
@@ -120,7 +118,6 @@ class RegistrationNode(CarefulLifecycleNode):
             config, with_lens(self, own), _folder(own, self.get_fully_qualified_name()),
             self._outputs, lookup=self._tf.lookup if self._tf else None)
         station.start()
-        self._alarms = Alarms(self.get_logger())
         self._station = station
         self._set_rate(own)
         state = station.state()
@@ -224,7 +221,6 @@ class RegistrationNode(CarefulLifecycleNode):
             return
         inlets = inputs.inlets() if inputs is not None else []
         state = station.state()
-        self._alarms.tell(state)
         self._guarded(lambda: outputs.diagnostics(state, self.label, extra, inlets))
 
     def _guarded(self, call: Any) -> None:
