@@ -130,7 +130,9 @@ class RegistrationNode(CarefulLifecycleNode):
         self._station.accept(True)
         config, own = self._settings.read()
         self._inputs = Inputs(self, own.input, self._station.offer, self._station.lose)
-        topics = ', '.join(inlet.topic for inlet in self._inputs.inlets())
+        # What must come is named first.
+        inlets = sorted(self._inputs.inlets(), key=lambda inlet: not inlet.needed)
+        topics = ', '.join(inlet.topic for inlet in inlets)
         self.get_logger().info(
             f'active: listening on {topics}; selection.method {config.selection.method}')
 
@@ -215,7 +217,10 @@ class RegistrationNode(CarefulLifecycleNode):
 
     def _diagnose(self) -> None:
         outputs, station, inputs = self._outputs, self._station, self._inputs
-        extra = {'last failure': self.last_failure} if self.last_failure else {}
+        extra: dict[str, str | float] = (
+            {'last failure': self.last_failure} if self.last_failure else {})
+        if inputs is not None:
+            extra['callback_p99_ms'] = inputs.callback_p99_ms
         if outputs is None or station is None:
             self._guarded(lambda: self._idle.publish(self.label, extra))
             return
