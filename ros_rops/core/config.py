@@ -9,16 +9,15 @@ algorithm are in mesh resolutions (suffix `_mr`), those of the station in metres
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields, replace
-from difflib import get_close_matches
+from dataclasses import dataclass
 
-from ros_rops.core.errors import ParameterError
 from ros_rops.core.groups_features import KeypointConfig, LrfConfig, MeshConfig, RopsConfig
 from ros_rops.core.groups_growth import FineConfig, GrowthConfig
 from ros_rops.core.groups_pairing import (
     CcvConfig, EvidenceConfig, IcpConfig, MatchingConfig, PairwiseConfig, VerdictConfig)
 from ros_rops.core.groups_station import PriorConfig, SegmentationConfig, SelectionConfig
-from ros_rops.core.parameter import describe_group, ParameterInfo, Scalar
+from ros_rops.core.parameter import (
+    describe_groups, ParameterInfo, Scalar, values_of, with_values)
 
 __all__ = [
     'Config', 'describe', 'MeshConfig', 'KeypointConfig', 'LrfConfig', 'RopsConfig',
@@ -63,34 +62,14 @@ class Config:
         ParameterError
             For an unknown name, a wrong type or a value out of bounds.
         """
-        known = [info.name for info in describe()]
-        groups: dict[str, dict[str, object]] = {}
-        for name, value in values.items():
-            if name not in known:
-                near = get_close_matches(name, known, 1)
-                hint = f'; did you mean {near[0]}?' if near else ''
-                raise ParameterError(f'{name}: no such parameter{hint}')
-            group, _, leaf = name.partition('.')
-            groups.setdefault(group, {})[leaf] = value
-        config = cls()
-        for group, items in groups.items():
-            try:
-                part = replace(getattr(config, group), **items)
-            except ParameterError as error:
-                raise ParameterError(f'{group}.{error}') from None
-            config = replace(config, **{group: part})
+        config: Config = with_values(cls(), values)
         return config
 
     def to_flat(self) -> dict[str, Scalar]:
         """Return all values by dotted name, in the order of declaration."""
-        return {
-            f'{group.name}.{item.name}': getattr(getattr(self, group.name), item.name)
-            for group in fields(self)
-            for item in fields(getattr(self, group.name))
-        }
+        return values_of(self)
 
 
 def describe() -> Iterator[ParameterInfo]:
     """Yield every parameter by dotted name, in the order of declaration."""
-    for group in fields(Config):
-        yield from describe_group(type(group.default), group.name + '.')
+    yield from describe_groups(Config)

@@ -7,11 +7,14 @@ Both stand in one parameter file: the node reads all of it, `rops` what is the e
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 
-from ros_rops.core.errors import ParameterError
 from ros_rops.core.groups_node import InputConfig, NodeGroup, OutputConfig, PublishConfig
-from ros_rops.core.parameter import describe_group, ParameterInfo, Scalar
+from ros_rops.core.parameter import (
+    describe_groups, ParameterInfo, Scalar, values_of, with_values)
+
+BARE = 'node'
+"""The group whose parameters have no group in their names."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,36 +36,14 @@ class NodeConfig:
         ParameterError
             For an unknown name, a wrong type or a value out of bounds.
         """
-        known = {info.name for info in describe_node()}
-        groups: dict[str, dict[str, object]] = {}
-        for name, value in values.items():
-            if name not in known:
-                raise ParameterError(f'{name}: no such parameter')
-            group, _, leaf = name.rpartition('.')
-            groups.setdefault(group or 'node', {})[leaf] = value
-        config = cls()
-        for group, items in groups.items():
-            try:
-                part = replace(getattr(config, group), **items)
-            except ParameterError as error:
-                raise ParameterError(f'{_prefix(group)}{error}') from None
-            config = replace(config, **{group: part})
+        config: NodeConfig = with_values(cls(), values, BARE)
         return config
 
     def to_flat(self) -> dict[str, Scalar]:
         """Return all values by name, in the order of declaration."""
-        return {
-            f'{_prefix(group.name)}{item.name}': getattr(getattr(self, group.name), item.name)
-            for group in fields(self)
-            for item in fields(getattr(self, group.name))
-        }
+        return values_of(self, BARE)
 
 
 def describe_node() -> Iterator[ParameterInfo]:
     """Yield every parameter of the node by name, in the order of declaration."""
-    for group in fields(NodeConfig):
-        yield from describe_group(type(group.default), _prefix(group.name))
-
-
-def _prefix(group: str) -> str:
-    return '' if group == 'node' else group + '.'
+    yield from describe_groups(NodeConfig, BARE)
