@@ -4,7 +4,6 @@
 
 from dataclasses import replace
 from pathlib import Path
-import shutil
 import sys
 import time
 from typing import Any
@@ -19,7 +18,7 @@ from ros_rops.core.frame import Frame
 from ros_rops.intake.feed import Feed, first_frame
 from ros_rops.intake.intake import Intake
 from ros_rops.intake.journal import Journal, JOURNAL_NAME
-from ros_rops.intake.past import Past
+from ros_rops.intake.past import aside_of, Past, set_aside
 from ros_rops.intake.reports import count_words, frames_document
 from ros_rops.intake.run_file import RunFile, source_of, Stamp, what_changed, write_run_file
 from ros_rops.pipeline.session import Session
@@ -115,13 +114,12 @@ class Running:
         return what_changed(source)
 
     def _set_aside(self) -> None:
-        """Keep a damaged journal whole: what follows the damage may be of use to somebody."""
         path = self._out / JOURNAL_NAME
-        aside = path.with_suffix('.damaged.mcap')
         try:
-            shutil.copyfile(path, aside)
+            set_aside(path)
         except OSError as error:
-            raise InputError(f'{aside}: cannot be written ({error.strerror or error})') from None
+            raise InputError(
+                f'{aside_of(path)}: cannot be written ({error.strerror or error})') from None
 
     def _read(self, past: Past | None, live: Live, interrupt: Interrupt) -> None:
         path = self._out / JOURNAL_NAME if self._run_file.journal else None

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import io
 import json
 from pathlib import Path
+import shutil
 import struct
 from typing import Any, IO
 
@@ -211,3 +212,20 @@ def _unpacked(content: bytes) -> list[Any]:
         return breakup_chunk(chunk, validate_crc=True)
     except Exception as error:  # damaged bytes make the library raise all sorts of things
         raise InputError(f'a chunk is damaged ({error or type(error).__name__})') from None
+
+
+def aside_of(journal: Path) -> Path:
+    """Return where a damaged journal is kept whole."""
+    return journal.with_suffix('.damaged.mcap')
+
+
+def set_aside(journal: Path) -> None:
+    """
+    Keep a damaged journal whole: what follows the damage may be of use to somebody.
+
+    Raises
+    ------
+    OSError
+        If its copy cannot be written.
+    """
+    shutil.copyfile(journal, aside_of(journal))

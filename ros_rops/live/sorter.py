@@ -5,7 +5,6 @@
 from collections import Counter, deque
 from collections.abc import Callable
 from dataclasses import dataclass
-import shutil
 import time
 
 from ros_rops.core.config import Config
@@ -15,7 +14,7 @@ from ros_rops.core.node_config import NodeConfig
 from ros_rops.intake.admission import Admission, Admitted
 from ros_rops.intake.journal import JOURNAL_NAME
 from ros_rops.intake.ledger import told
-from ros_rops.intake.past import Entry
+from ros_rops.intake.past import Entry, set_aside
 from ros_rops.intake.reports import FrameReport, without_figures, Word
 from ros_rops.intake.sensor_poses import Lookup
 from ros_rops.live.board import Board
@@ -135,10 +134,10 @@ class Sorter:
         self._tasks.put(Recall(entry))
 
     def _set_aside(self) -> bool:
-        """Keep a damaged journal whole: what follows the damage may be of use to somebody."""
+        """Keep a damaged journal whole; tell whether it can be gone on with."""
         path = self._run.folder / JOURNAL_NAME
         try:
-            shutil.copyfile(path, path.with_suffix('.damaged.mcap'))
+            set_aside(path)
         except OSError as error:
             # To go on with it would cut that off.
             journal = self._admission.journal
