@@ -4,8 +4,9 @@
 Every parameter, once: default, bounds, unit and one sentence.
 
 YAML, ROS declarations, `--help` and the README's table are derived from the dataclasses of
-`groups_station`, `groups_features`, `groups_pairing` and `groups_growth`. Lengths of the
-algorithm are in mesh resolutions (suffix `_mr`), those of the station in metres (`_m`).
+`groups_station`, `groups_features`, `groups_pairing`, `groups_growth` and `groups_model`.
+Lengths of the algorithm are in mesh resolutions (suffix `_mr`), those of the station in metres
+(`_m`).
 """
 
 from collections.abc import Iterator, Mapping
@@ -13,6 +14,7 @@ from dataclasses import dataclass
 
 from ros_rops.core.groups_features import KeypointConfig, LrfConfig, MeshConfig, RopsConfig
 from ros_rops.core.groups_growth import FineConfig, GrowthConfig
+from ros_rops.core.groups_model import ModelConfig
 from ros_rops.core.groups_pairing import (
     CcvConfig, EvidenceConfig, IcpConfig, MatchingConfig, PairwiseConfig, VerdictConfig)
 from ros_rops.core.groups_station import PriorConfig, SegmentationConfig, SelectionConfig
@@ -23,13 +25,13 @@ __all__ = [
     'Config', 'describe', 'MeshConfig', 'KeypointConfig', 'LrfConfig', 'RopsConfig',
     'MatchingConfig', 'CcvConfig', 'IcpConfig', 'EvidenceConfig', 'PairwiseConfig',
     'VerdictConfig', 'GrowthConfig', 'FineConfig', 'SegmentationConfig', 'SelectionConfig',
-    'PriorConfig',
+    'PriorConfig', 'ModelConfig',
 ]
 
 
 @dataclass(frozen=True, slots=True)
 class Config:
-    """All parameters, by group: the station's first, then the engine's."""
+    """All parameters, by group: the station's first, then the engine's, then the models'."""
 
     selection: SelectionConfig = SelectionConfig()
     segmentation: SegmentationConfig = SegmentationConfig()
@@ -46,6 +48,7 @@ class Config:
     verdict: VerdictConfig = VerdictConfig()
     growth: GrowthConfig = GrowthConfig()
     fine: FineConfig = FineConfig()
+    model: ModelConfig = ModelConfig()
 
     @classmethod
     def from_flat(cls, values: Mapping[str, object]) -> 'Config':

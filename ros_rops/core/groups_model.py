@@ -1,0 +1,30 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of the models: assembled cloud, surface, and how far they may be trusted."""
+
+from dataclasses import dataclass
+
+from ros_rops.core.parameter import Group, param
+
+
+@dataclass(frozen=True, slots=True)
+class ModelConfig(Group):
+    """Model of an object from all of its views (IV-C)."""
+
+    surface: str = param(
+        'volume', 'How the surface is made: signed distances along the lines of sight (volume, '
+        'Curless and Levoy 1996), watertight whatever was seen (poisson, screened; needs Open3D), '
+        'or not at all (none).', choices=('volume', 'poisson', 'none'))
+    voxel_mr: float = param(
+        1.0, 'Edge of a voxel; raised, and said, where the volume would not fit memory_mb.',
+        unit='mr', low=0.1, high=50.0)
+    holes: str = param(
+        'open', 'What no view saw stays open, or is filled and marked.',
+        choices=('open', 'filled'))
+    memory_mb: int = param(
+        1000, 'Most memory of the volume of an object.', unit='MB', low=16, high=1000000)
+    formats: str = param(
+        'ply', 'Files of the surface, separated by commas: ply, stl, obj, glb.')
+    cloud_mr: float = param(
+        0.5, 'Points of the assembled cloud nearer to each other are merged.',
+        unit='mr', low=0.0, high=50.0)
