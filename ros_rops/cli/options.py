@@ -42,6 +42,11 @@ def add_run_arguments(parser: argparse.ArgumentParser) -> None:
         'of the frames')
     parser.add_argument('--no-picture', action='store_true', help='do not draw picture.png')
     parser.add_argument(
+        '--no-model', action='store_true',
+        help='write the poses and the plain cloud of each object only; `rops model` makes the '
+        'models later')
+    parser.add_argument('--no-report', action='store_true', help='do not write report.html')
+    parser.add_argument(
         '--no-journal', action='store_true',
         help='keep no journal.mcap; a run that breaks off then begins anew')
     parser.add_argument(

@@ -39,13 +39,14 @@ def run(args: argparse.Namespace) -> int:
         args.inputs, args.out, config_of(args), threads=args.threads, units=args.units,
         topics=args.topics, picture=not args.no_picture, journal=not args.no_journal,
         overwrite=args.overwrite,
-        background=args.background), args.out)
+        background=args.background, models=not args.no_model, report=not args.no_report), args.out)
 
 
 def register(
     inputs: Sequence[str | Path], out: Path, config: Config, *, threads: int = 0,
     units: str = 'auto', topics: Sequence[str] = (), picture: bool = True, journal: bool = True,
-    overwrite: bool = False, background: Path | None = None,
+    overwrite: bool = False, background: Path | None = None, models: bool = True,
+    report: bool = True,
 ) -> dict[str, Any]:
     """
     Run a session over `inputs`, write the run folder, return the content of its poses.json.
@@ -59,4 +60,5 @@ def register(
     """
     return begin(
         inputs, find_views(inputs), out, config, threads=threads, units=units, topics=topics,
-        picture=picture, journal=journal, overwrite=overwrite, background=background)
+        picture=picture, journal=journal, overwrite=overwrite, background=background,
+        models=models, report=report)

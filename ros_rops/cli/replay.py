@@ -42,5 +42,5 @@ def run(args: argparse.Namespace) -> int:
         args.recordings, sources, args.out, config_of(args), threads=args.threads,
         units=args.units, topics=args.topics, picture=not args.no_picture,
         journal=not args.no_journal, overwrite=args.overwrite,
-        background=args.background)
+        background=args.background, models=not args.no_model, report=not args.no_report)
     return outcome(document, args.out)

@@ -23,6 +23,7 @@ from ros_rops.intake.reports import count_words, frames_document
 from ros_rops.intake.run_file import RunFile, source_of, Stamp, what_changed, write_run_file
 from ros_rops.pipeline.session import Session
 from ros_rops.recordings.sources import find_views, Recording, ViewSource
+from ros_rops.reporting.models import ModelTask
 from ros_rops.reporting.poses import poses_document
 from ros_rops.reporting.run import Refusal, Run
 from ros_rops.reporting.run_folder import write_run
@@ -64,8 +65,8 @@ class Running:
         self._feed = Feed(self._sources, self._intake, units=units)
         self._recalled = 0
 
-    def finish(self, past: Past | None) -> dict[str, Any]:
-        """Do what is left to do, write the run folder, return the content of poses.json."""
+    def finish(self, past: Past | None) -> ModelTask:
+        """Do what is left to do, write the run folder; return what models are made of."""
         with Progress(sum(map(self._count, self._sources))) as progress:
             live = Live(progress, self._intake)
             with Interrupt() as interrupt:
@@ -82,7 +83,9 @@ class Running:
             progress.say('refining all views of each object together')
             self._intake.finish()
         self._say()
-        return self._write()
+        document = self._write()
+        return ModelTask(
+            document, dict(self._session.views), self._run_file.config, self._threads)
 
     def _recall(
         self, past: Past, live: Live, progress: Progress, interrupt: Interrupt

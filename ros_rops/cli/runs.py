@@ -10,6 +10,7 @@ from typing import Any
 
 from ros_rops import __version__
 from ros_rops.cli.frame_records import clear_records
+from ros_rops.cli.modelling import complete
 from ros_rops.cli.running import Running, the_recording
 from ros_rops.core.config import Config
 from ros_rops.core.errors import InputError
@@ -26,6 +27,7 @@ def begin(
     inputs: Sequence[str | Path], sources: Sequence[ViewSource], out: Path, config: Config, *,
     threads: int = 0, units: str = 'auto', topics: Sequence[str] = (), picture: bool = True,
     journal: bool = True, overwrite: bool = False, background: Path | None = None,
+    models: bool = True, report: bool = True,
 ) -> dict[str, Any]:
     """
     Begin a run in the folder `out`, and return the content of its poses.json.
@@ -39,7 +41,7 @@ def begin(
     run_file = RunFile(
         tuple(map(str, inputs)), tuple(stamp(_of(source, topics)) for source in sources), units,
         picture, journal, background and stamp(the_recording(background)), config.to_flat(),
-        __version__)
+        __version__, models=models, report=report)
     running = Running(out, run_file, threads)
     with locked(out, make=True):
         if str((out / JOURNAL_NAME).resolve()) in {item.path for item in run_file.sources}:
@@ -50,7 +52,10 @@ def begin(
         # Before the new run.json: it must never stand beside the journal of another run.
         _clear(out)
         write_run_file(out, run_file)
-        return running.finish(None)
+        done = running.finish(None)
+        del running  # its memory
+        complete(out, run_file, done)
+        return dict(done.document)
 
 
 def go_on(folder: Path, *, threads: int = 0) -> dict[str, Any] | None:
@@ -75,8 +80,10 @@ def go_on(folder: Path, *, threads: int = 0) -> dict[str, Any] | None:
             raise InputError(f'{path}: is missing; a run of a node has no other input')
         if not there:
             _warn(f'{path}: is missing; the run begins anew')
-        return Running(folder, run_file, threads, resumed=True).finish(
+        done = Running(folder, run_file, threads, resumed=True).finish(
             Past(path) if there else None)
+        complete(folder, run_file, done)
+        return dict(done.document)
 
 
 def outcome(document: dict[str, Any], out: Path) -> int:

@@ -27,5 +27,9 @@ class ViewError(RopsError):
     """A view holds too little to register (empty, all NaN, two points); the text says what."""
 
 
+class ModelError(RopsError):
+    """No surface comes of an object's views; the text says why."""
+
+
 class KernelMissingError(RopsError, ImportError):
     """The compiled kernels are missing; the text says how to build them."""

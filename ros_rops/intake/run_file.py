@@ -81,6 +81,8 @@ class RunFile:
     station : mapping
         Of a run of the station's node, the node's own parameters by name: such a run has no
         inputs but what its journal holds. Empty for others.
+    models, report : bool
+        Whether models are made, and report.html is written, when the poses are.
     """
 
     inputs: tuple[str, ...]
@@ -93,6 +95,8 @@ class RunFile:
     version: str = ''
     state: str = 'running'
     station: Mapping[str, Any] = field(default_factory=dict)
+    models: bool = True
+    report: bool = True
 
     @property
     def config(self) -> Config:
@@ -200,7 +204,8 @@ def _run_file(content: Mapping[str, Any]) -> RunFile:
         bool(content['journal']),
         None if content['background'] is None else _stamp_of(content['background']),
         dict(content['parameters']), str(content['version']), str(content['state']),
-        dict(content.get('station', {})))
+        dict(content.get('station', {})), bool(content.get('models', True)),
+        bool(content.get('report', True)))
     Config.from_flat(found.parameters)
     return found
 

@@ -6,7 +6,11 @@ The run folder.
 | file | what |
 |---|---|
 | `poses.json` | the result: objects, poses, the word on every view |
-| `object_<id>.ply` | the object's views assembled: points, normals, colours, view id |
+| `object_<id>.ply` | the object's views assembled: all their points, and once its model is made, each place once |
+| `object_<id>_surface.ply` | its surface; also as .stl, .obj, .glb (`model.formats`) |
+| `object_<id>_residuals.ply` | how far the points of each view lie from what the others saw |
+| `quality.json` | how far the registration may be trusted, per object and view |
+| `report.html` | all of it, to look at |
 | `config.yaml` | all parameters, as a ROS parameter file that `--config` takes again |
 | `metrics.json` | times per stage, attempts, versions, machine |
 | `trace.json` | every registration attempted: what was left after each stage |
@@ -20,18 +24,16 @@ Beside the folder, `latest` points to the last one written.
 from collections import Counter
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
-import json
 from pathlib import Path
-import re
 import shutil
 from typing import Any
 
 from ros_rops.core.errors import InputError
 from ros_rops.core.types import Status
 from ros_rops.pipeline.parameters import dump_config
-from ros_rops.recordings.atomic import replace_file
 from ros_rops.recordings.writers import write_object
 from ros_rops.reporting.clouds import assemble, ObjectCloud
+from ros_rops.reporting.json_file import write_json
 from ros_rops.reporting.picture import draw_objects
 from ros_rops.reporting.poses import plain, poses_document, trace_document
 from ros_rops.reporting.run import Run
@@ -59,6 +61,7 @@ def prepare_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         if (folder / POSES).exists():
             _clear_objects(folder, keep=())
+            _clear_models(folder)
         probe = folder / POSES
         probe.write_text('', encoding='utf-8')
         probe.unlink()
@@ -92,13 +95,13 @@ def write_run(folder: Path, run: Run, *, picture: bool = True) -> dict[str, Any]
 def _write_files(folder: Path, run: Run, document: dict[str, Any], *, picture: bool) -> None:
     clouds = _write_objects(folder, run)
     (folder / 'config.yaml').write_text(dump_config(run.config), encoding='utf-8')
-    _write_json(folder / 'metrics.json', metrics_document(run))
-    _write_json(folder / 'trace.json', trace_document(run))
+    write_json(folder / 'metrics.json', metrics_document(run))
+    write_json(folder / 'trace.json', trace_document(run))
     if picture:
         draw_objects(folder / 'picture.png', clouds, document['views'])
     if run.frames:
-        _write_json(folder / 'frames.json', plain(run.frames))
-    _write_json(folder / NEW_POSES, document)
+        write_json(folder / 'frames.json', plain(run.frames))
+    write_json(folder / NEW_POSES, document)
 
 
 def _move_files(fresh: Path, folder: Path) -> None:
@@ -106,6 +109,7 @@ def _move_files(fresh: Path, folder: Path) -> None:
     (folder / POSES).unlink(missing_ok=True)
     names = {path.name for path in fresh.iterdir()} - {NEW_POSES}
     _clear_objects(folder, keep=names)
+    _clear_models(folder)
     for name in names:
         (fresh / name).replace(folder / name)
     (fresh / NEW_POSES).replace(folder / POSES)
@@ -153,15 +157,11 @@ def _clear_objects(folder: Path, keep: Collection[str]) -> None:
             path.unlink()
 
 
-def _write_json(path: Path, content: dict[str, Any]) -> None:
-    text = json.dumps(content, indent=1, allow_nan=False, ensure_ascii=False)
-    # A row of a matrix on a line; within a string a line never breaks.
-    text = re.sub(r'\[\s+([-+.\deE,\s]+?)\s+\]', _row, text)
-    replace_file(path, text + '\n')
-
-
-def _row(found: re.Match[str]) -> str:
-    return '[' + ' '.join(found.group(1).split()) + ']'
+def _clear_models(folder: Path) -> None:
+    """Take out what was made of earlier poses."""
+    for path in (*folder.glob('object_*_surface.*'), folder / 'quality.json',
+                 folder / 'report.html'):
+        path.unlink(missing_ok=True)
 
 
 @contextmanager
