@@ -1,6 +1,6 @@
 # Copyright 2026 The ros_rops authors
 # SPDX-License-Identifier: Apache-2.0
-"""JSON that people read too: a row of a matrix on a line; the file is there whole or not at all."""
+"""JSON files that people read too: a row of a matrix is on a line."""
 
 from collections.abc import Mapping
 import json

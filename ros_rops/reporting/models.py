@@ -34,6 +34,9 @@ SCRATCH = '.models'
 UNKNOWN: Mapping[str, Any] = {
     'id': 0, 'mesh_resolution': None, 'views': [], 'worst_views': [], 'edges': [], 'loops': None,
     'coverage': None, 'surface': None, 'cloud': None, 'summary': '', 'notes': []}
+UNKNOWN_VIEW: Mapping[str, Any] = {
+    'residual': None, 'confirmed': None, 'contradicted': None, 'alone': None,
+    'least_constrained': None, 'flags': []}
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,8 +189,9 @@ class _Workshop:
 def _entry(model: Model) -> dict[str, Any]:
     said = dict(model.quality.document()) if model.quality is not None else {}
     if not said:
-        said['views'] = [{'name': view.name, 'number': view.number,
-                          'points': len(view.view.points)} for view in model.views]
+        said['views'] = [
+            {**UNKNOWN_VIEW, 'name': view.name, 'number': view.number,
+             'points': len(view.view.points)} for view in model.views]
         said['summary'] = '; '.join(model.notes)
     return {
         **UNKNOWN, **said, 'id': model.object_id, 'mesh_resolution': model.resolution or None,

@@ -6,7 +6,7 @@ The run folder.
 | file | what |
 |---|---|
 | `poses.json` | the result: objects, poses, the word on every view |
-| `object_<id>.ply` | the object's views assembled: all their points, and once its model is made, each place once |
+| `object_<id>.ply` | the object's views assembled; once its model is made, each place once |
 | `object_<id>_surface.ply` | its surface; also as .stl, .obj, .glb (`model.formats`) |
 | `object_<id>_residuals.ply` | how far the points of each view lie from what the others saw |
 | `quality.json` | how far the registration may be trusted, per object and view |
