@@ -65,6 +65,7 @@ TEST = [
     'pytest>=8,<10',
     'ruff>=0.6,<1',
     'setuptools>=64,<81',
+    'trimesh>=4,<6',
     'wheel>=0.40',
     *(
         f'{wheel}; {ROS_WHEELS}'

@@ -29,6 +29,7 @@ KEYS = {
     'rosbags': None,
     'scipy': 'python3-scipy',
     'setuptools': 'python3-setuptools',
+    'trimesh': None,
     'yaml': 'python3-yaml',
     'zstandard': None,
 }
