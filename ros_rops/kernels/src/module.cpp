@@ -10,6 +10,7 @@ void bind_features(pybind11::module_& m);
 void bind_verification(pybind11::module_& m);
 void bind_fine(pybind11::module_& m);
 void bind_points(pybind11::module_& m);
+void bind_sight(pybind11::module_& m);
 }  // namespace rops
 
 PYBIND11_MODULE(_kernels, m) {
@@ -20,4 +21,5 @@ PYBIND11_MODULE(_kernels, m) {
   rops::bind_verification(m);
   rops::bind_fine(m);
   rops::bind_points(m);
+  rops::bind_sight(m);
 }
