@@ -32,6 +32,7 @@ from ros_rops.recordings.mcap_files import create_mcap
 from ros_rops.recordings.mcap_writer import McapStream
 from ros_rops.recordings.ply import parse_vertices
 from ros_rops.reporting.clouds import ObjectCloud
+from ros_rops.reporting.poses_file import read_document
 
 REPORT_TOPIC = '/view_reports'
 LOG_TIME = re.compile(r'@(\d{1,19})(?!.*@\d)')
@@ -46,7 +47,7 @@ def export_run(folder: str | os.PathLike[str], path: str | os.PathLike[str]) -> 
     InputError
         If the folder holds no whole result, or the file cannot be written.
     """
-    document = _read_document(Path(folder) / 'poses.json')
+    document = read_document(Path(folder) / 'poses.json')
     names = [str(view['name']) for view in document['views']]
     clouds = {
         int(shape['id']): _read_cloud(Path(folder) / f'object_{shape["id"]}.ply', names)
@@ -108,23 +109,6 @@ def _stamp(names: list[str]) -> int:
     """Return the last log time that the views are named after, or 0."""
     found = [LOG_TIME.search(name) for name in names]
     return max((int(one[1]) for one in found if one), default=0)
-
-
-def _read_document(path: Path) -> dict[str, Any]:
-    try:
-        document: dict[str, Any] = json.loads(read_bytes(path))
-        for shape in document['objects']:
-            int(shape['id'])
-            for view in shape['views']:
-                if np.array(view['T_object_view'], np.float64).shape != (4, 4):
-                    raise ValueError(f'the pose of {view["name"]!r} is no 4x4 matrix')
-        known = {view['name'] for view in document['views']}
-        missing = {v['name'] for shape in document['objects'] for v in shape['views']} - known
-        if missing or document['units'] not in ('m', 'mm', 'unknown', None):
-            raise ValueError(f'views {sorted(missing)}, units {document["units"]!r}')
-    except (ValueError, KeyError, TypeError, RecursionError) as error:
-        raise InputError(f'{path}: is not the poses.json of a run ({error!r})') from None
-    return document
 
 
 def _read_cloud(path: Path, names: list[str]) -> ObjectCloud:

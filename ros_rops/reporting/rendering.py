@@ -1,0 +1,109 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""A picture of an object from three sides, drawn without a display."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from ros_rops.core.types import Bytes, Floats
+from ros_rops.reporting.picture import principal_frame, SIDES
+from ros_rops.reporting.shown import Shown
+
+PIXELS = 620
+"""Width and height of one side."""
+MOST_SAMPLES = 12
+"""Along an edge of a face."""
+
+
+def draw_shown(path: Path, shown: Shown, title: str) -> None:
+    """
+    Write a PNG.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(14.0, 5.2), layout='constrained')
+    FigureCanvasAgg(figure)
+    figure.suptitle(title, fontsize=10)
+    x, y, z = principal_frame(shown.points)
+    # Right-handed all three: a mirrored picture would be a lie.
+    sides = ([x, y, z], [-z, y, x], [x, -z, y])
+    for axis, name, rows in zip(figure.subplots(1, 3), SIDES, sides, strict=True):
+        axis.imshow(render(shown, np.array(rows)))
+        axis.set_title(name, fontsize=8)
+        axis.set_axis_off()
+    figure.savefig(path, dpi=130, format='png')
+
+
+def render(shown: Shown, frame: Floats, pixels: int = PIXELS) -> Bytes:
+    """
+    Return what is seen from the third row of `frame`, parallel, lit from there.
+
+    Parameters
+    ----------
+    shown : Shown
+    frame : (3, 3) float64
+        Right, up, and towards the viewer.
+    pixels : int
+
+    Returns
+    -------
+    (pixels, pixels, 3) uint8
+        On white.
+    """
+    flat = shown.points @ frame.T
+    low, high = flat[:, :2].min(axis=0), flat[:, :2].max(axis=0)
+    scale = 0.94 * pixels / max(float((high - low).max()), 1e-12)
+    place = flat * scale
+    place[:, :2] += pixels / 2.0 - (low + high) / 2.0 * scale
+    facing = np.abs(shown.normals @ frame[2])
+    shade = np.where(np.linalg.norm(shown.normals, axis=1) > 0.5, 0.3 + 0.7 * facing, 1.0)
+    color = shown.colors * shade[:, None]
+    depth = np.full(pixels * pixels, -np.inf)
+    image = np.full((pixels * pixels, 3), 255.0)
+    for points, colors in _samples(shown, place, color):
+        _splat(points, colors, depth, image, pixels)
+    return image.reshape(pixels, pixels, 3)[::-1].astype(np.uint8)
+
+
+def _samples(
+    shown: Shown, place: Floats, color: Floats
+) -> Iterator[tuple[Floats, Floats]]:
+    """Yield points so near to each other that no pixel between them stays white."""
+    if shown.faces is None:
+        for x, y in np.ndindex(2, 2):
+            yield place + (x, y, 0.0), color
+        return
+    corners = place[shown.faces]
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    steps = np.minimum(np.ceil(longest * 1.5).astype(int) + 1, MOST_SAMPLES)
+    for step in np.unique(steps):
+        faces = shown.faces[steps == step]
+        for a in range(step + 1):
+            for b in range(step + 1 - a):
+                share = np.array([a, b, step - a - b]) / step
+                yield (np.einsum('k,fkd->fd', share, place[faces]),
+                       np.einsum('k,fkd->fd', share, color[faces]))
+
+
+def _splat(
+    points: Floats, colors: Floats, depth: Floats, image: Floats, pixels: int
+) -> None:
+    """Draw points into an image where nothing nearer is."""
+    column, row = np.floor(points[:, :2]).astype(int).T
+    inside = (column >= 0) & (column < pixels) & (row >= 0) & (row < pixels)
+    cell, near = (row * pixels + column)[inside], points[inside, 2]
+    order = np.argsort(near, kind='stable')
+    cell, near, shades = cell[order], near[order], colors[inside][order]
+    # Of several in a pixel the last one written stays: the nearest.
+    front = np.full(len(depth), -1, np.int64)
+    front[cell] = np.arange(len(cell))
+    hit = np.flatnonzero(front >= 0)
+    hit = hit[near[front[hit]] > depth[hit]]
+    depth[hit], image[hit] = near[front[hit]], shades[front[hit]]
