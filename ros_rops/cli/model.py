@@ -76,8 +76,9 @@ def run(args: argparse.Namespace) -> int:
         try:
             made = make_models(out, task, only=args.objects, say=_say)
         except OSError as error:
+            place = error.filename or out
             raise InputError(
-                f'{error.filename or out}: cannot be written ({error.strerror or error})') from None
+                f'{place}: cannot be written ({error.strerror or error})') from None
         if out.resolve() == args.folder.resolve():
             _keep(out, config)
     return _outcome(made, out)
@@ -92,9 +93,10 @@ def read_result(folder: Path) -> dict[str, Any]:
     InputError
         If the folder is no run, or its run has no result yet.
     """
-    if not (folder / 'poses.json').exists() and (folder / 'run.json').exists():
+    if not (folder / 'poses.json').exists():
         raise InputError(
-            f'{folder}: the run has no result yet; `rops resume` goes on with one that broke off')
+            f'{folder}: the run has no result yet; `rops resume {folder}` goes on with it'
+            if (folder / 'run.json').exists() else f'{folder}: is no run folder')
     document = read_document(folder / 'poses.json')
     if not document.get('complete', True):
         print(f'warning: {folder}: a part of the input was not read', file=sys.stderr)

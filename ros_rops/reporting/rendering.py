@@ -78,7 +78,7 @@ def _samples(
     """Yield points so near to each other that no pixel between them stays white."""
     if shown.faces is None:
         for x, y in np.ndindex(2, 2):
-            yield place + (x, y, 0.0), color
+            yield place + np.array((x, y, 0.0)), color
         return
     corners = place[shown.faces]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
