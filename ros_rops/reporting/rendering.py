@@ -67,17 +67,19 @@ def render(shown: Shown, frame: Floats, pixels: int = PIXELS) -> Bytes:
     color = shown.colors * shade[:, None]
     depth = np.full(pixels * pixels, -np.inf)
     image = np.full((pixels * pixels, 3), 255.0)
-    for points, colors in _samples(shown, place, color):
+    for points, colors in _samples(shown, place, color, pixels):
         _splat(points, colors, depth, image, pixels)
     return image.reshape(pixels, pixels, 3)[::-1].astype(np.uint8)
 
 
 def _samples(
-    shown: Shown, place: Floats, color: Floats
+    shown: Shown, place: Floats, color: Floats, pixels: int
 ) -> Iterator[tuple[Floats, Floats]]:
     """Yield points so near to each other that no pixel between them stays white."""
     if shown.faces is None:
-        for x, y in np.ndindex(2, 2):
+        # As if they lay evenly on half of the picture.
+        side = int(np.clip(np.sqrt(0.5 / len(place)) * pixels * 1.5, 2, 8))
+        for x, y in np.ndindex(side, side):
             yield place + np.array((x, y, 0.0)), color
         return
     corners = place[shown.faces]

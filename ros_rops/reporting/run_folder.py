@@ -159,8 +159,8 @@ def _clear_objects(folder: Path, keep: Collection[str]) -> None:
 
 def _clear_models(folder: Path) -> None:
     """Take out what was made of earlier poses."""
-    for path in (*folder.glob('object_*_surface.*'), folder / 'quality.json',
-                 folder / 'report.html'):
+    for path in (*folder.glob('object_*_surface.*'), *folder.glob('object_*.png'),
+                 folder / 'quality.json', folder / 'report.html'):
         path.unlink(missing_ok=True)
 
 
