@@ -38,13 +38,13 @@ kernels = Extension(
 
 # Open3D 0.20 needs the system library libusb-1.0 at import, 0.19 does not; 0.19 stops at
 # Python 3.12.
-BENCH = [
+OPEN3D = [
     "open3d>=0.18,<0.20; python_version < '3.13'",
     "open3d>=0.20,<0.21; python_version >= '3.13'",
 ]
 
 TEST = [
-    *BENCH,
+    *OPEN3D,
     'catkin-pkg>=1,<2',
     'cmake>=3.22,<5',
     'colcon-common-extensions>=0.3,<1',
@@ -121,7 +121,7 @@ setup(
         'scipy>=1.11,<2',
         'zstandard>=0.21,<1',
     ],
-    extras_require={'bench': BENCH, 'test': TEST},
+    extras_require={'bench': OPEN3D, 'poisson': OPEN3D, 'test': TEST},
     entry_points={'console_scripts': [
         'registration_node = ros_rops.nodes.registration_node:main',
         'replay_node = ros_rops.nodes.replay_node:main',
