@@ -137,5 +137,3 @@ def _agreeing(vertices: Floats, faces: Ints, normals: Floats) -> Floats:
     unit = normals / np.where(length > 0, length, 1.0)
     unit = np.where(np.einsum('ij,ij->i', unit, flat)[:, None] < 0, -unit, unit)
     return np.where(length > 0, unit, flat)
-
-

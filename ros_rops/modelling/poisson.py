@@ -70,7 +70,7 @@ def poisson_surface(
     if not kept.any():
         raise ModelError('the Poisson surface comes near no point of the cloud')
     colors = None if cloud.colors is None else _blended(tree, cloud.colors[used], vertices)
-    facts: dict[str, Fact] = {'method'': 'poisson', 'voxel': voxel, 'depth': depth}
+    facts: dict[str, Fact] = {'method': 'poisson', 'voxel': voxel, 'depth': depth}
     surface = SurfaceMesh(
         vertices, frozen(faces[kept], np.int32),
         frozen(vertex_normals(vertices, faces), np.float32), colors,
