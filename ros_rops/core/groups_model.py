@@ -28,3 +28,6 @@ class ModelConfig(Group):
     cloud_mr: float = param(
         0.5, 'Points of the assembled cloud nearer to each other are merged.',
         unit='mr', low=0.0, high=50.0)
+    report_mb: int = param(
+        12, 'Most size of report.html: what it shows of clouds and surfaces is thinned to fit.',
+        unit='MB', low=1, high=500)

@@ -81,7 +81,7 @@ def _one_text(
     text = '' if record is None else frame_text(record.document)
     if found not in views:
         return text
-    return text + ('\n' if text else '') + _view_text(views[found], _of_view(attempts, found))
+    return text + ('\n' if text else '') + _view_text(views[found], attempts_of(attempts, found))
 
 
 def _left_out(folder: Path, name: str) -> str:
@@ -112,7 +112,8 @@ def _find(name: str, views: Iterable[str]) -> str:
     raise ParameterError(f'VIEW: the run has no {name!r}; its views: {", ".join(known)}')
 
 
-def _of_view(attempts: Sequence[Attempt], name: str) -> list[Attempt]:
+def attempts_of(attempts: Sequence[Attempt], name: str) -> list[Attempt]:
+    """Return the attempts in which a view took part."""
     return [one for one in attempts if name in one['source_views'] + one['target_views']]
 
 
@@ -127,7 +128,7 @@ def _of_pair(attempts: Sequence[Attempt], names: Sequence[str]) -> list[Attempt]
 def _run_text(views: Mapping[str, Any], attempts: Sequence[Attempt]) -> str:
     rows = [['view', 'status', 'tried', 'lost']]
     for name, view in views.items():
-        own = _of_view(attempts, name)
+        own = attempts_of(attempts, name)
         rows.append([name, view['status'], str(len(own)), _view_verdict(view, own)])
     return columns(rows)
 
@@ -137,7 +138,7 @@ def _view_verdict(view: Mapping[str, Any], attempts: Sequence[Attempt]) -> str:
         return ''
     if not attempts:
         return f'no registration was tried: {view["reason"]}'
-    best = max(attempts, key=_depth)
+    best = max(attempts, key=depth)
     return f'furthest with {_other(best, view["name"])}: {lost(best)}'
 
 
@@ -145,7 +146,7 @@ def _other(attempt: Attempt, name: str) -> str:
     return str(attempt['target' if name in attempt['source_views'] else 'source'])
 
 
-def _depth(attempt: Attempt) -> tuple[bool, int, float]:
+def depth(attempt: Attempt) -> tuple[bool, int, float]:
     """Order attempts by how far they came: accepted, stages survived, score."""
     survived = 0
     for _, value in _counts(attempt):

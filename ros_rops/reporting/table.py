@@ -47,7 +47,7 @@ def summary(document: Mapping[str, Any]) -> str:
         lines.append(
             f'lengths in {document["units"]}; mesh resolution (mr) '
             f'{number(document["mesh_resolution"])} {document["units"]}')
-    lines += _station(document.get('station', {}), document['units'])
+    lines += station_lines(document.get('station', {}), document['units'])
     placed = sum(view['status'] == 'placed' for view in views)
     lines.append(
         f'{placed} of {_count(len(views), "view")} placed in {_count(len(objects), "object")}; '
@@ -55,7 +55,7 @@ def summary(document: Mapping[str, Any]) -> str:
     return '\n'.join(lines) + '\n'
 
 
-def _station(said: Mapping[str, Any], units: str) -> list[str]:
+def station_lines(said: Mapping[str, Any], units: str) -> list[str]:
     """Say what was known of the station, and what came of it."""
     lines = []
     known = [name for name in ('plane', 'axis', 'order') if said.get(name)]
