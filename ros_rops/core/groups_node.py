@@ -95,3 +95,6 @@ class OutputConfig(Group):
     journal: bool = param(
         True, 'Keep every view on disk before it is worked on, so that nothing is lost.')
     picture: bool = param(True, 'Draw picture.png when saving.')
+    models: bool = param(
+        True, 'Make models and quality.json after saving, in a process of its own.')
+    report: bool = param(True, 'Then write report.html.')

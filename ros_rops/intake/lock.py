@@ -12,7 +12,7 @@ from ros_rops.core.errors import InputError
 
 
 @contextmanager
-def locked(folder: Path, *, make: bool = False) -> Iterator[None]:
+def locked(folder: Path, *, make: bool = False) -> Iterator[int]:
     """
     Hold a run folder for this process; the system lets go of it however the process ends.
 
@@ -21,6 +21,11 @@ def locked(folder: Path, *, make: bool = False) -> Iterator[None]:
     folder : Path
     make : bool
         Make it where there is none.
+
+    Yields
+    ------
+    int
+        The handle that holds it; a duplicate of this one holds it too, until both are closed.
 
     Raises
     ------
@@ -41,6 +46,6 @@ def locked(folder: Path, *, make: bool = False) -> Iterator[None]:
             raise InputError(f'{folder}: another process is working on this run') from None
         except OSError:
             pass  # a file system without locks (some network mounts): go on unguarded
-        yield
+        yield handle
     finally:
         os.close(handle)

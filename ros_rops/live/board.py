@@ -22,6 +22,8 @@ class Board:
         Of the run.
     resuming : bool
         Whether what a journal holds is still being gone through.
+    modelling : str
+        What is done for the models of a saved run; '' for nothing.
     admitted : int
         Views that were let in, less those that were asked to be taken back.
     """
@@ -34,6 +36,7 @@ class Board:
         self.errors = 0
         self.last_error = ''
         self.last_save = ''
+        self.modelling = ''
         self.latency_s = 0.0
         self.objects = 0
         self.statuses: dict[str, int] = {status.value: 0 for status in Status}

@@ -168,7 +168,7 @@ def _registration(state: StationState, lately: Lately) -> Health:
         'doing': state.doing, 'doing_s': state.doing_s, 'objects': state.objects,
         **{f'views_{status}': count for status, count in state.statuses.items()},
         'latency_s': state.latency_s, 'errors': state.errors, 'last_error': state.last_error,
-        'last_save': state.last_save})
+        'last_save': state.last_save, 'modelling': state.modelling})
 
 
 def _journal(state: StationState) -> Health:

@@ -5,6 +5,7 @@
 from collections.abc import Mapping
 from contextlib import ExitStack, suppress
 from dataclasses import replace
+import os
 from pathlib import Path
 import re
 from typing import Any
@@ -45,6 +46,7 @@ class LiveRun:
         self.saved = False
         self.past = Past(folder / JOURNAL_NAME) if resumed else None
         self._held = ExitStack()
+        self._handle = -1
         self._journal: Journal | None = None
 
     def hold(self) -> None:
@@ -56,7 +58,11 @@ class LiveRun:
         InputError
             If another process works on this run.
         """
-        self._held.enter_context(locked(self.folder))
+        self._handle = self._held.enter_context(locked(self.folder))
+
+    def hold_longer(self) -> int:
+        """Return a handle that keeps other processes out until it is closed."""
+        return os.dup(self._handle)
 
     def journal(self) -> Journal:
         """Open the journal, behind what it holds already; once the past has been gone through."""
@@ -111,7 +117,8 @@ def begin_run(
     folder = _new_folder(parent)
     run = LiveRun(folder, RunFile(
         (), (), node.input.units, node.output.picture, node.output.journal, background,
-        config.to_flat(), ros_rops.__version__, station=_plain(node)))
+        config.to_flat(), ros_rops.__version__, station=_plain(node), models=node.output.models,
+        report=node.output.report))
     run.hold()
     try:
         run.note(run.run_file)
@@ -153,7 +160,7 @@ def resume_run(parent: Path, config: Config, node: NodeConfig) -> LiveRun | None
         run.note(replace(
             run_file, units=node.input.units, picture=node.output.picture,
             journal=node.output.journal, parameters=config.to_flat(), version=ros_rops.__version__,
-            station=_plain(node)))
+            station=_plain(node), models=node.output.models, report=node.output.report))
     except InputError:
         run.release()
         raise

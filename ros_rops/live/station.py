@@ -16,6 +16,7 @@ from ros_rops.intake.sensor_poses import Lookup
 from ros_rops.live.board import Board
 from ros_rops.live.inbox import Inbox
 from ros_rops.live.inputs import background_of
+from ros_rops.live.modeller import Modeller
 from ros_rops.live.run import begin_run, LiveRun, resume_run
 from ros_rops.live.sorter import Capture, Reset, Sorter
 from ros_rops.live.tasks import Begin, Command, Configure, Place, Tasks
@@ -35,7 +36,7 @@ ONE_SHOT = ('every', 'request')
 
 class Station:
     """
-    A session that views come to by themselves, its run folder, and two threads.
+    A session that views come to by themselves, its run folder, and three threads.
 
     All methods but `start` and `close` return at once, from any thread. The same frames and
     commands in the same order give the same poses as `rops replay`.
@@ -70,6 +71,7 @@ class Station:
         self._paused = False
         self._stamp: Stamp | None = None
         self._sorter: Sorter | None = None
+        self._modeller = Modeller(self._board)
         self._threads: list[threading.Thread] = []
 
     def start(self) -> None:
@@ -177,7 +179,7 @@ class Station:
             doing, seconds, self._paused, self._inbox.frames, self._tasks.views, board.received,
             self._inbox.overflowed, board.words, board.statuses, board.objects, board.latency_s,
             board.folder, self._journal, board.last_error, board.last_save, board.errors,
-            board.lost, board.resuming)
+            board.lost, board.resuming, board.modelling)
 
     def close(self, patience_s: float) -> bool:
         """
@@ -194,11 +196,15 @@ class Station:
         self._inbox.close()
         if not self._threads:
             return True
-        sorter, worker = self._threads
+        sorter, worker, modeller = self._threads
         sorter.join(max(0.0, deadline - time.monotonic()))
         self._tasks.stop()
         worker.join(max(0.0, deadline - time.monotonic()))
         if sorter.is_alive() or worker.is_alive():
+            return False
+        self._modeller.close()
+        modeller.join(max(0.0, deadline - time.monotonic()))
+        if modeller.is_alive():
             return False
         self._leave()
         return True
@@ -209,10 +215,12 @@ class Station:
             self._voice, self._board, self._begin)
         worker = Worker(
             self._tasks, run, self._config, self._node, self._voice, self._board,
-            lambda: self._journal)
+            lambda: self._journal, self._modeller)
         self._threads = [
             threading.Thread(target=target, name=name, daemon=True)
-            for target, name in ((self._sorter.run, 'sorter'), (worker.run, 'worker'))]
+            for target, name in (
+                (self._sorter.run, 'sorter'), (worker.run, 'worker'),
+                (self._modeller.run, 'modeller'))]
 
     def _leave(self) -> None:
         """Let go of what the threads left, and say what is lost by it."""

@@ -125,6 +125,8 @@ class StationState:
         By topic, the messages that the middleware lost before they came here.
     resuming : bool
         Whether what the run's journal held is still being gone through.
+    modelling : str
+        What is done now for the models of a run that was saved; '' (nothing).
     """
 
     doing: str = ''
@@ -145,6 +147,7 @@ class StationState:
     errors: int = 0
     lost: Mapping[str, int] = field(default_factory=dict)
     resuming: bool = False
+    modelling: str = ''
 
 
 class Listener(Protocol):

@@ -18,12 +18,14 @@ from ros_rops.intake.ledger import Ledger, told
 from ros_rops.intake.reports import count_words, frames_document
 from ros_rops.live.board import Board
 from ros_rops.live.memory import give_back
+from ros_rops.live.modeller import Job, Modeller
 from ros_rops.live.run import LiveRun
 from ros_rops.live.tasks import Begin, Command, Configure, Count, Place, Recall, Task, Tasks
 from ros_rops.live.voice import Voice
 from ros_rops.live.words import Update
 from ros_rops.pipeline.reports import ViewReport
 from ros_rops.pipeline.session import Session
+from ros_rops.reporting.models import ModelTask
 from ros_rops.reporting.run import Refusal, Run
 from ros_rops.reporting.run_folder import write_run
 
@@ -41,14 +43,16 @@ class Worker:
     board : Board
     journal_state : callable
         Tells of the journal: 'whole', 'none', or why it broke.
+    modeller : Modeller
     """
 
     def __init__(
         self, tasks: Tasks, run: LiveRun, config: Config, node: NodeConfig, voice: Voice,
-        board: Board, journal_state: Callable[[], str],
+        board: Board, journal_state: Callable[[], str], modeller: Modeller,
     ) -> None:
         self._tasks, self._run, self._config, self._node = tasks, run, config, node
         self._voice, self._board, self._journal_state = voice, board, journal_state
+        self._modeller = modeller
         self._started = time.perf_counter()
         self._epoch = 0
         self._recalled = 0
@@ -149,7 +153,9 @@ class Worker:
         folder = self._run.folder
         self._board.do(f'saving to {folder}')
         try:
-            write_run(folder, self._result(), picture=self._node.output.picture)
+            # Its files are written anew, and none by two.
+            self._modeller.withdraw(folder)
+            document = write_run(folder, self._result(), picture=self._node.output.picture)
         except Exception as error:  # a full disk, or a picture that cannot be drawn
             self._board.last_save = f'not saved: {told(error)}'
             self._board.fail(self._board.last_save)
@@ -158,6 +164,21 @@ class Worker:
         objects = _counted(len(self._ledger.session.objects), 'object')
         views = _counted(len(self._ledger.session.views), 'view')
         self._board.last_save = f'saved {objects} of {views} to {folder}'
+        self._make_models(document)
+
+    def _make_models(self, document: dict[str, Any]) -> None:
+        """Hand over what was saved: views never change, and the poses are copies."""
+        wanted = self._node.output
+        if not (wanted.models or wanted.report):
+            return
+        views = self._ledger.session.views
+        placed = {view['name']: views[view['name']]
+                  for shape in document['objects'] for view in shape['views']}
+        self._modeller.put(Job(
+            self._run.folder,
+            ModelTask(document, placed, self._config, self._node.node.threads),
+            wanted.models, wanted.report, self._node.node.nice, self._run.hold_longer(),
+            self._board.last_save))
 
     def _result(self) -> Run:
         ledger = self._ledger

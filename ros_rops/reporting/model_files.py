@@ -79,7 +79,8 @@ def residual_colors(
     colors = np.rint(SHADES[below] * (1.0 - part) + SHADES[below + 1] * part)
     colors[~known | (state == 0)] = GREY
     colors[state == 2] = MAGENTA
-    return colors.astype(np.uint8)
+    shades: Bytes = colors.astype(np.uint8)
+    return shades
 
 
 def _about(model: Model) -> str:

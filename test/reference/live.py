@@ -63,7 +63,8 @@ class Heard:
 @contextmanager
 def station(folder, heard, values=None, *, accept=True, lookup=None, **node):
     """Run a station below a folder; `node` has the node's parameters, '__' for the point."""
-    given = {'output.picture': False, 'threads': 2}
+    given = {
+        'output.picture': False, 'output.models': False, 'output.report': False, 'threads': 2}
     given.update({name.replace('__', '.'): value for name, value in node.items()})
     made = Station(
         Config.from_flat(values or {}), NodeConfig.from_flat(given), folder, heard, lookup=lookup)

@@ -17,7 +17,8 @@ COMMAND = [sys.executable, '-m', 'ros_rops.cli.main']
 
 def words(recording: Path, out: Path, *more: str) -> list[str]:
     """Return the command that replays a recording."""
-    return ['replay', str(recording), '--out', str(out), '--no-picture', *STILL, *more]
+    return ['replay', str(recording), '--out', str(out), '--no-picture', '--no-model',
+            '--no-report', *STILL, *more]
 
 
 def start(*given: str) -> subprocess.Popen:
