@@ -118,6 +118,7 @@ setup(
         'numpy>=1.26,<3',
         'pyyaml>=6,<7',
         'rosbags>=0.11,<0.12',
+        'scikit-image>=0.22,<1',
         'scipy>=1.11,<2',
         'zstandard>=0.21,<1',
     ],

@@ -28,13 +28,15 @@ KEYS = {
     'pytest': 'python3-pytest',
     'rosbags': None,
     'scipy': 'python3-scipy',
+    'skimage': 'python3-skimage',
     'setuptools': 'python3-setuptools',
     'trimesh': None,
     'yaml': 'python3-yaml',
     'zstandard': None,
 }
 # Import name -> name on the package index, where they differ.
-INDEX_NAMES = {'mcap_ros2': 'mcap-ros2-support', 'yaml': 'pyyaml'}
+INDEX_NAMES = {
+    'mcap_ros2': 'mcap-ros2-support', 'skimage': 'scikit-image', 'yaml': 'pyyaml'}
 OPTIONAL = {'open3d'}
 OURS = ('ros_rops', 'msg_adapters', 'meta', 'oracle', 'property', 'reference', 'ros', 'unit')
 # Brought by every ament_python build.

@@ -11,6 +11,7 @@ void bind_verification(pybind11::module_& m);
 void bind_fine(pybind11::module_& m);
 void bind_points(pybind11::module_& m);
 void bind_sight(pybind11::module_& m);
+void bind_volume(pybind11::module_& m);
 void bind_consensus(pybind11::module_& m);
 }  // namespace rops
 
@@ -23,5 +24,6 @@ PYBIND11_MODULE(_kernels, m) {
   rops::bind_fine(m);
   rops::bind_points(m);
   rops::bind_sight(m);
+  rops::bind_volume(m);
   rops::bind_consensus(m);
 }
