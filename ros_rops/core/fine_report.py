@@ -32,7 +32,7 @@ def report(
         views=tuple(
             _view_fit(problem, sums, keep, stiffness, v)
             for v in range(len(problem.poses))),
-        edges=_edges(problem, sums, keep),
+        edges=edges_of(problem, sums, keep),
         residual_mr=mean,
         radius_mr=radius,
         iterations=iterations,
@@ -56,7 +56,8 @@ def _view_fit(
     )
 
 
-def _edges(problem: Problem, sums: PairSums, keep: Bools) -> tuple[EdgeFit, ...]:
+def edges_of(problem: Problem, sums: PairSums, keep: Bools) -> tuple[EdgeFit, ...]:
+    """Return how each pair that counts (P,) fits, both directions together."""
     row = {(int(i), int(j)): p for p, (i, j) in enumerate(problem.pairs)}
     edges = []
     for (i, j), p in row.items():

@@ -1,0 +1,92 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""What was found of an object's registration, in plain words."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from ros_rops.core.types import Units
+from ros_rops.modelling.constraint import Constraint
+from ros_rops.modelling.coverage import Coverage
+from ros_rops.modelling.misfits import CONTRADICTED, Misfit, PULL_MR
+from ros_rops.modelling.posed import PosedView
+from ros_rops.modelling.residuals import ViewResiduals
+
+LONELY = 0.9
+"""Share of points that no other view knows from which a view hardly touches the others."""
+
+
+def flags_of(
+    view: PosedView, misfit: Misfit | None, rival: str | None, alone: float,
+    constraint: Constraint | None, resolution: float, *, single: bool,
+) -> tuple[str, ...]:
+    """Return what a reader should know of a view, a sentence each."""
+    flags = []
+    if misfit is not None and misfit.contradicted > CONTRADICTED:
+        flags.append(
+            f'{misfit.contradicted:.0%} of its points that other views know are contradicted '
+            'by them')
+    if misfit is not None and misfit.pull > PULL_MR * resolution:
+        flags.append(
+            f'the other views would move it by about {length(misfit.pull, view.view.units)} '
+            f'({misfit.pull / resolution:.1f} mesh resolutions)')
+    if rival is not None:
+        flags.append(f'it and {rival} do not fit: which of the two is wrong cannot be told')
+    if alone >= LONELY and not single:
+        flags.append(f'no other view knows the places of {alone:.0%} of its points')
+    if constraint is not None and not constraint.held:
+        flags.append(f'not held by the other views: {constraint.text}')
+    return tuple(flags)
+
+
+def summary_of(
+    views: Sequence[PosedView], maps: Sequence[ViewResiduals], misfits: Sequence[Misfit],
+    coverage: Coverage | None,
+) -> str:
+    """Return one honest sentence on the object."""
+    units = views[0].view.units
+    parts = [f'{len(views)} view{"" if len(views) == 1 else "s"}']
+    sizes = np.concatenate([np.abs(one.residual[np.isfinite(one.residual)]) for one in maps])
+    if len(sizes):
+        parts.append(f'median residual {length(float(np.median(sizes)), units)}')
+    elif len(views) > 1:
+        parts.append('no place seen by two of them')
+    else:
+        parts.append('no other to compare it with')
+    parts.append(_seen(coverage))
+    parts.append(_worst(views, misfits))
+    return ', '.join(part for part in parts if part)
+
+
+def _seen(coverage: Coverage | None) -> str:
+    if coverage is None:
+        return 'how much of the surface is unseen is not known'
+    share = f'{coverage.unseen_share:.1%} of the surface unseen'
+    if not coverage.directions:
+        return share
+    direction = ', '.join(f'{value + 0.0:.2f}' for value in coverage.directions[0].direction)
+    return f'{share} (look from ({direction}))'
+
+
+def _worst(views: Sequence[PosedView], misfits: Sequence[Misfit]) -> str:
+    if len(views) < 2:
+        return ''
+    if not misfits:
+        return 'no view stands out'
+    worst = misfits[0]
+    name, more = views[worst.index].name, len(misfits) - 1
+    if worst.rival is not None:
+        text = f'{name} and {views[worst.rival].name} do not fit each other'
+        more -= 1
+    elif worst.contradicted > CONTRADICTED:
+        text = f'worst view {name}: {worst.contradicted:.0%} of it contradicted'
+    else:
+        text = f'worst view {name}: off by about {length(worst.pull, views[0].view.units)}'
+    return text + (f' ({more} more stand out)' if more else '')
+
+
+def length(value: float, units: Units) -> str:
+    """Return a length in words, those in metres as millimetres."""
+    if units == 'unknown':
+        return f'{value:.3g} units'
+    return f'{value * (1000.0 if units == "m" else 1.0):.3g} mm'
