@@ -171,6 +171,11 @@ def _count_beyond_first(pairs: Sequence[tuple[str, str]]) -> int:
     return len(set(pairs)) - len({first for first, _ in pairs})
 
 
+def best_alignment(placements: Sequence[Placement], truths: Sequence[ViewTruth]) -> Floats:
+    """Return the rigid `T_world_object` (4, 4) that best carries a shape to its reference poses."""
+    return _Group(placements, truths).align()
+
+
 def judge(placements: Mapping[str, Placement], truth: Mapping[str, ViewTruth]) -> Judgement:
     """
     Compare the placed views with the truth (EVALUATION: multi-view).
