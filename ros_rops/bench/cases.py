@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ros_rops.bench import (
-    feature_quality, multiview, pairwise, recordings, station, synthetic, turntable)
+    feature_quality, model, multiview, pairwise, recordings, station, synthetic, turntable)
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +26,9 @@ CASES = {
     'multiview': Case(
         'unordered views of one or several objects through a session',
         multiview.add_arguments, multiview.run),
+    'model': Case(
+        'surfaces of registered views against reference meshes: accuracy, completeness, seconds',
+        model.add_arguments, model.run),
     'synthetic': Case(
         'views rendered from a mesh, poses exact, with noise, through a session',
         synthetic.add_arguments, synthetic.run),

@@ -172,7 +172,7 @@ def _count_beyond_first(pairs: Sequence[tuple[str, str]]) -> int:
 
 
 def best_alignment(placements: Sequence[Placement], truths: Sequence[ViewTruth]) -> Floats:
-    """Return the rigid `T_world_object` (4, 4) that best carries a shape to its reference poses."""
+    """Return the rigid `T_world_object` (4, 4) that carries a shape to its reference best."""
     return _Group(placements, truths).align()
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from ros_rops.bench.machine import peak_rss_mib
 from ros_rops.core.config import Config
-from ros_rops.core.errors import RopsError
+from ros_rops.core.errors import ModelError, RopsError
 from ros_rops.core.types import Floats, RangeView
 from ros_rops.modelling.posed import pose_views, PosedView
 from ros_rops.modelling.products import SurfaceMesh
@@ -46,7 +46,8 @@ class ModelJob:
         """Mesh and weight the views."""
         names = [view.name for view, _ in self.views]
         return pose_views(
-            [(view.name, T) for view, T in self.views], {view.name: view for view, _ in self.views},
+            [(view.name, T) for view, T in self.views],
+            {view.name: view for view, _ in self.views},
             {name: number for number, name in enumerate(names)}, self.config)
 
 
@@ -134,9 +135,46 @@ def make_volume(job: ModelJob, _: None) -> SurfaceMesh:
         posed, job.config.model, resolution=resolution_of(posed), threads=job.threads)
 
 
-def varied(job: ModelJob, **changes: object) -> ModelJob:
+def make_poisson(job: ModelJob, _: None) -> SurfaceMesh:
+    """Make the watertight surface of the assembled cloud."""
+    from ros_rops.modelling.cloud import assemble_cloud
+    from ros_rops.modelling.poisson import poisson_surface
+    from ros_rops.modelling.posed import resolution_of
+
+    posed, model = job.posed(), job.config.model
+    resolution = resolution_of(posed)
+    cloud = assemble_cloud(posed, model, resolution=resolution, threads=job.threads)
+    return poisson_surface(cloud, model, resolution=resolution)
+
+
+def make_filled(job: ModelJob, _: None) -> SurfaceMesh:
+    """Make the surface as `make_volume`, its holes filled."""
+    return make_volume(varied(job, holes='filled'), None)
+
+
+def make_whole(job: ModelJob, _: None) -> SurfaceMesh:
+    """
+    Make all of the model: cloud, surface, quality.
+
+    Raises
+    ------
+    ModelError
+        If it came without a surface.
+    """
+    from ros_rops.modelling.model import build_model
+
+    model = build_model(0, job.posed(), job.config, threads=job.threads)
+    if model.surface is None:
+        raise ModelError('; '.join(model.notes))
+    return model.surface
+
+
+def varied(job: ModelJob, **changes: Any) -> ModelJob:
     """Return the job with parameters of group `model` changed."""
     return replace(job, config=replace(job.config, model=replace(job.config.model, **changes)))
 
 
-OURS = {'volume': Maker('volume', nothing, make_volume)}
+OURS = {
+    maker.name: maker for maker in (
+        Maker('volume', nothing, make_volume), Maker('volume, filled', nothing, make_filled),
+        Maker('poisson', nothing, make_poisson), Maker('whole model', nothing, make_whole))}

@@ -40,10 +40,10 @@ def lattice(rows: int, columns: int, *, round_rows: bool) -> Ints:
 
 def cup(radius: float = 0.04, height: float = 0.08, wall: float = 0.002) -> Mesh:
     """Return a cup, open above, of walls 2 mm thick: turned about z, its rim a half circle."""
-    rim = wall / 2 * np.stack([np.cos(t := np.linspace(0, np.pi, 7)), np.sin(t)], axis=1)
+    t = np.linspace(0, np.pi, 7)
+    rim = np.stack([radius + wall / 2 * (np.cos(t) - 1), height + wall / 2 * np.sin(t)], axis=1)
     corners: list[Sequence[float]] = [
-        (1e-5, 0.0), (radius, 0.0), *(rim + (radius - wall / 2, height)),
-        (radius - wall, wall), (1e-5, wall)]
+        (1e-5, 0.0), (radius, 0.0), *rim, (radius - wall, wall), (1e-5, wall)]
     parts = []
     for start, end in pairwise(np.asarray(corners)):
         count = max(1, int(np.linalg.norm(end - start) / 0.002))
@@ -66,7 +66,8 @@ def knot(size: float = 0.025, thickness: float = 0.006) -> Mesh:
     """Return a rod 6 mm thick bent to a trefoil knot: it hides itself from most sides."""
     t = np.linspace(0, 2 * np.pi, 900, endpoint=False)
     curve = size * np.stack([
-        np.sin(t) + 2 * np.sin(2 * t), np.cos(t) - 2 * np.cos(2 * t), -1.2 * np.sin(3 * t)], axis=1)
+        np.sin(t) + 2 * np.sin(2 * t), np.cos(t) - 2 * np.cos(2 * t), -1.2 * np.sin(3 * t),
+    ], axis=1)
     along = np.roll(curve, -1, axis=0) - np.roll(curve, 1, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     side = np.cross(along, (0.0, 0.0, 1.0))
