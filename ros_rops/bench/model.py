@@ -15,14 +15,17 @@ from ros_rops.bench.model_frames import settled
 from ros_rops.bench.model_maps import draw_map
 from ros_rops.bench.model_peers import PEERS
 from ros_rops.bench.model_run import Made, made_apart, Maker, ModelJob, OURS
-from ros_rops.bench.model_score import judge_surface, ModelScore, surface_facts
+from ros_rops.bench.model_score import (
+    COMPLETE_DRES, judge_surface, ModelScore, surface_facts)
 from ros_rops.bench.model_shapes import Scanner
 from ros_rops.bench.peers import open3d_missing
 from ros_rops.bench.settings import add_common_arguments, config_of, load_all, report, SEED, teller
 from ros_rops.bench.table import table
 from ros_rops.core.config import Config
-from ros_rops.core.errors import InputError, ParameterError
+from ros_rops.core.errors import InputError, ParameterError, ShapeError
+from ros_rops.core.se3 import move
 from ros_rops.recordings.reader import read_mesh
+from scipy.spatial import cKDTree
 
 HEADS = (
     'data', 'poses', 'by', 'accuracy', 'must', 'aim', 'complete', 'of seen', 'must', 'aim',
@@ -42,6 +45,21 @@ def reached(score: ModelScore, limits: Limits | None) -> str | None:
     return 'must' if good else 'neither'
 
 
+def raw(case: ModelCase) -> dict[str, Any]:
+    """Return, in the same keys, how the views' points as they are would be judged."""
+    tree = cKDTree(np.concatenate([move(T, view.points) for view, T in case.views]))
+    if case.reference is None:
+        raise ShapeError(f'{case.name}: has no reference')
+    away = tree.query(case.reference.vertices)[0] <= COMPLETE_DRES * case.dres
+    score = {'accuracy': case.floor(), 'completeness': float(away.mean()),
+             'completeness_seen': None if case.seen is None else float(away[case.seen].mean())}
+    return {
+        'case': 'model', 'data': case.name, 'poses': case.poses, 'by': 'points as they are',
+        'dres': case.dres, 'views': len(case.views), 'error': None, 'score': score,
+        'score_icp': None, 'floor': None, 'limits': None, 'seconds_warm': None,
+        'peak_rss_mib': None}
+
+
 def measure(
     case: ModelCase, maker: Maker, job: ModelJob, maps: Path | None = None
 ) -> dict[str, Any]:
@@ -57,7 +75,8 @@ def measure(
         'dres': case.dres, 'voxel_mr': job.config.model.voxel_mr, 'views': len(case.views),
         'error': found.error or None, 'seconds': list(found.seconds),
         'seconds_warm': found.warm_s, 'base_rss_mib': found.base_mib,
-        'peak_rss_mib': found.peak_mib, 'score': None, 'score_icp': None, 'floor': case.floor(),
+        'peak_rss_mib': found.peak_mib,
+        'seen_share': None if case.seen is None else float(case.seen.mean()), 'score': None, 'score_icp': None, 'floor': case.floor(),
         'limits': None if case.limits is None else limits_of(case.limits)}
     if found.surface is None or not len(found.surface.faces):
         return {**result, 'error': found.error or 'no face'}
@@ -74,7 +93,7 @@ def _judged(case: ModelCase, found: Made, maps: Path | None, by: str) -> dict[st
     if surface is None:
         return {}
     model = Triangles(surface.vertices, surface.faces)
-    points = np.concatenate([view.points[::7] @ T[:3, :3].T + T[:3, 3] for view, T in case.views])
+    points = np.concatenate([move(T, view.points[::7]) for view, T in case.views])
     fit = float(np.quantile(model.closest(points).distance, 0.9) / case.dres)
     result: dict[str, Any] = {
         'fit': fit, 'counted': dict(surface_facts(surface)), 'told': dict(surface.facts)}
@@ -109,7 +128,7 @@ def _row(case: Mapping[str, Any]) -> list[object]:
         case.get('reached'), case['floor'], icp.get('accuracy'), score.get('median'),
         score.get('p99'), score.get('bias'), score.get('normals_deg'), case.get('fit'),
         counted.get('faces'), counted.get('holes'), counted.get('floating'),
-        case['seconds_warm'], round(case['peak_rss_mib'])]
+        case['seconds_warm'], case['peak_rss_mib'] and round(case['peak_rss_mib'])]
 
 
 def _percent(share: float | None) -> str | None:
@@ -128,8 +147,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--poses', nargs='+', choices=('reference', 'engine'), default=['reference', 'engine'],
         help='of data sets (default: both)')
     parser.add_argument(
-        '--by', nargs='+', choices=list(OURS), default=['volume'], metavar='MAKER',
-        help=f'what is made: {", ".join(OURS)} (default: volume)')
+        '--by', nargs='+', choices=[*OURS, *PEERS], default=['volume'], metavar='MAKER',
+        help=f'what is made: {", ".join([*OURS, *PEERS])} (default: volume)')
     parser.add_argument(
         '--noise', type=float, nargs='+', default=[0.0, 0.5], metavar='DRES',
         help='of shapes: standard deviations along the ray (default: 0 0.5)')
@@ -155,13 +174,14 @@ def run(args: argparse.Namespace) -> int:
             f'got {args.repeats}, {args.pixels}, {args.noise}')
     tell, config = teller(args), config_of(args, {SEED: args.seed})
     missing = open3d_missing() if args.peers else None
-    makers = [OURS[name] for name in args.by]
-    peers = list(PEERS.values()) if args.peers and not missing else []
+    makers = [{**OURS, **PEERS}[name] for name in args.by]
+    makers += list(PEERS.values()) if args.peers and not missing else []
     results = []
     for case in _cases(args, config, tell):
-        for maker in [*makers, *(peers if case.poses != 'engine' else [])]:
+        results += [raw(case)] if case.reference is not None else []
+        for maker in makers:
             tell(f'{case.name}, {case.poses}: {maker.name}')
-            repeats = args.repeats if maker in makers else 0
+            repeats = args.repeats if maker.name in OURS else 0
             job = ModelJob(case.views, case.dres, config, args.threads, repeats)
             results.append(measure(case, maker, job, args.maps))
     report(args, results, model_table(results) + (f'{missing}\n' if missing else ''))

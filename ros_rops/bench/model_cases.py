@@ -110,7 +110,7 @@ def engine_case(case: ModelCase, config: Config, threads: int) -> ModelCase:
 
 
 def shape_case(name: str, scanner: Scanner, seed: int = 0) -> ModelCase:
-    """Return the case of a shape scanned from all around; dres and seen are those without noise."""
+    """Return the case of a shape scanned from all around; dres, seen are those without noise."""
     model = read_shape(name)
     clean = tuple(scan(model, replace(scanner, noise_mr=0.0), seed))
     views = tuple(scan(model, scanner, seed)) if scanner.noise_mr else clean

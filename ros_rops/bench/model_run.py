@@ -4,6 +4,7 @@
 
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field, replace
 import multiprocessing
 import time
@@ -109,16 +110,20 @@ def made(maker: Maker, job: ModelJob) -> Made:
             surface = maker.make(job, prepared)
             seconds.append(time.perf_counter() - start)
             peak = peak_rss_mib() if time_number == 0 else peak
-    except RopsError as error:
-        return Made(None, error=str(error))
+    except Exception as error:  # whatever ends one maker must not end the others' measuring
+        kind = '' if isinstance(error, RopsError) else f'{type(error).__name__}: '
+        return Made(None, error=f'{kind}{error}')
     return Made(surface, tuple(seconds), base, peak)
 
 
 def made_apart(maker: Maker, job: ModelJob) -> Made:
     """Make a surface in a fresh process; as `made`."""
     context = multiprocessing.get_context('spawn')
-    with ProcessPoolExecutor(1, mp_context=context) as pool:
-        return pool.submit(made, maker, job).result()
+    try:
+        with ProcessPoolExecutor(1, mp_context=context) as pool:
+            return pool.submit(made, maker, job).result()
+    except BrokenProcessPool:
+        return Made(None, error='its process was ended, or crashed')
 
 
 def nothing(job: ModelJob) -> None:
