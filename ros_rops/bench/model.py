@@ -16,7 +16,7 @@ from ros_rops.bench.model_maps import draw_map
 from ros_rops.bench.model_peers import PEERS
 from ros_rops.bench.model_run import Made, made_apart, Maker, ModelJob, OURS
 from ros_rops.bench.model_score import (
-    COMPLETE_DRES, judge_surface, ModelScore, surface_facts)
+    COMPLETE_DRES, judge_surface, ModelScore, SAMPLES, surface_facts)
 from ros_rops.bench.model_shapes import Scanner
 from ros_rops.bench.peers import open3d_missing
 from ros_rops.bench.settings import add_common_arguments, config_of, load_all, report, SEED, teller
@@ -61,7 +61,8 @@ def raw(case: ModelCase) -> dict[str, Any]:
 
 
 def measure(
-    case: ModelCase, maker: Maker, job: ModelJob, maps: Path | None = None
+    case: ModelCase, maker: Maker, job: ModelJob, maps: Path | None = None,
+    samples: int = SAMPLES,
 ) -> dict[str, Any]:
     """
     Make a surface in a process of its own and judge it; returns plain JSON values.
@@ -76,11 +77,12 @@ def measure(
         'error': found.error or None, 'seconds': list(found.seconds),
         'seconds_warm': found.warm_s, 'base_rss_mib': found.base_mib,
         'peak_rss_mib': found.peak_mib,
-        'seen_share': None if case.seen is None else float(case.seen.mean()), 'score': None, 'score_icp': None, 'floor': case.floor(),
+        'seen_share': None if case.seen is None else float(case.seen.mean()),
+        'score': None, 'score_icp': None, 'floor': case.floor(),
         'limits': None if case.limits is None else limits_of(case.limits)}
     if found.surface is None or not len(found.surface.faces):
         return {**result, 'error': found.error or 'no face'}
-    return {**result, **_judged(case, found, maps, maker.name)}
+    return {**result, **_judged(case, found, maps, maker.name, samples)}
 
 
 def limits_of(limits: Limits) -> dict[str, float | bool]:
@@ -88,7 +90,9 @@ def limits_of(limits: Limits) -> dict[str, float | bool]:
     return {name: getattr(limits, name) for name in Limits.__slots__}
 
 
-def _judged(case: ModelCase, found: Made, maps: Path | None, by: str) -> dict[str, Any]:
+def _judged(
+    case: ModelCase, found: Made, maps: Path | None, by: str, samples: int
+) -> dict[str, Any]:
     surface = found.surface
     if surface is None:
         return {}
@@ -99,11 +103,14 @@ def _judged(case: ModelCase, found: Made, maps: Path | None, by: str) -> dict[st
         'fit': fit, 'counted': dict(surface_facts(surface)), 'told': dict(surface.facts)}
     if case.reference is None:
         return result
-    score = judge_surface(surface, case.reference, np.eye(4), case.dres, case.seen)
+    score = judge_surface(
+        surface, case.reference, np.eye(4), case.dres, case.seen, samples=samples)
     settling = settled(surface.vertices, surface.faces, case.reference, case.dres)
-    after = judge_surface(surface, case.reference, settling, case.dres, case.seen)
+    after = judge_surface(
+        surface, case.reference, settling, case.dres, case.seen, samples=samples)
     if maps is not None:
-        draw_map(maps, f'{case.name} {case.poses} {by}', surface, case.reference, case.dres)
+        draw_map(
+            maps, f'{case.name} {case.poses} {by}', surface, case.reference, case.dres, samples)
     return {
         **result, 'score': score.numbers(), 'score_icp': after.numbers(),
         'reached': reached(score, case.limits)}
@@ -160,6 +167,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--pixels', type=int, default=240, help='side of the image of shapes (default: 240)')
     parser.add_argument('--seed', type=int, default=0, help='of the noise and of the engine')
+    parser.add_argument(
+        '--samples', type=int, default=SAMPLES, help=f'points on a surface (default: {SAMPLES})')
     parser.add_argument('--repeats', type=int, default=0, help='times made again, warm')
     parser.add_argument('--peers', action='store_true', help="Open3D's surfaces in the same run")
     parser.add_argument(
@@ -168,10 +177,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run `rops bench model`; returns the exit code."""
-    if args.repeats < 0 or args.pixels < 16 or any(not 0 <= n < 100 for n in args.noise):
-        raise ParameterError(
-            f'--repeats, --pixels, --noise: expected at least 0, 16, 0, '
-            f'got {args.repeats}, {args.pixels}, {args.noise}')
+    for name, least in (('repeats', 0), ('pixels', 16), ('samples', 100)):
+        if getattr(args, name) < least:
+            raise ParameterError(
+                f'--{name}: expected at least {least}, got {getattr(args, name)}')
+    if any(not 0 <= noise < 100 for noise in args.noise):
+        raise ParameterError(f'--noise: expected at least 0 dres, got {args.noise}')
     tell, config = teller(args), config_of(args, {SEED: args.seed})
     missing = open3d_missing() if args.peers else None
     makers = [{**OURS, **PEERS}[name] for name in args.by]
@@ -183,7 +194,7 @@ def run(args: argparse.Namespace) -> int:
             tell(f'{case.name}, {case.poses}: {maker.name}')
             repeats = args.repeats if maker.name in OURS else 0
             job = ModelJob(case.views, case.dres, config, args.threads, repeats)
-            results.append(measure(case, maker, job, args.maps))
+            results.append(measure(case, maker, job, args.maps, args.samples))
     report(args, results, model_table(results) + (f'{missing}\n' if missing else ''))
     return 0
 

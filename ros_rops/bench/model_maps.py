@@ -17,11 +17,11 @@ SCALE_DRES = 1.0
 """Colours end there."""
 SIDES = ((0, 1, 2, 1), (0, 1, 2, -1), (2, 1, 0, 1), (2, 1, 0, -1), (0, 2, 1, 1), (0, 2, 1, -1))
 """Axis to the right, up, towards the eye, and from which end."""
-SAMPLES = 150_000
 
 
 def draw_map(
-    folder: Path, title: str, surface: SurfaceMesh, reference: Triangles, dres: float
+    folder: Path, title: str, surface: SurfaceMesh, reference: Triangles, dres: float,
+    samples: int,
 ) -> Path:
     """
     Draw the signed distance of a surface to its reference, seen along the axes, as a PNG.
@@ -38,7 +38,7 @@ def draw_map(
     from matplotlib.figure import Figure
 
     model = Triangles(surface.vertices, surface.faces)
-    points, faces = model.samples(SAMPLES)
+    points, faces = model.samples(samples)
     gaps = signed(points, reference.closest(points), reference) / dres
     lacks = reference.vertices[model.closest(reference.vertices).distance > 2 * dres]
     figure = Figure(figsize=(15, 10), dpi=100)

@@ -49,7 +49,7 @@ def cup(radius: float = 0.04, height: float = 0.08, wall: float = 0.002) -> Mesh
         count = max(1, int(np.linalg.norm(end - start) / 0.002))
         parts.append(start + np.linspace(0, 1, count, endpoint=False)[:, None] * (end - start))
     profile = np.concatenate([*parts, [corners[-1]]])
-    angles = np.linspace(0, 2 * np.pi, 240, endpoint=False)
+    angles = np.linspace(0, 2 * np.pi, 180, endpoint=False)
     vertices = np.stack([
         profile[:, :1] * np.cos(angles), profile[:, :1] * np.sin(angles),
         np.broadcast_to(profile[:, 1:], (len(profile), len(angles)))], axis=-1)
@@ -64,7 +64,7 @@ def cup(radius: float = 0.04, height: float = 0.08, wall: float = 0.002) -> Mesh
 
 def knot(size: float = 0.025, thickness: float = 0.006) -> Mesh:
     """Return a rod 6 mm thick bent to a trefoil knot: it hides itself from most sides."""
-    t = np.linspace(0, 2 * np.pi, 900, endpoint=False)
+    t = np.linspace(0, 2 * np.pi, 450, endpoint=False)
     curve = size * np.stack([
         np.sin(t) + 2 * np.sin(2 * t), np.cos(t) - 2 * np.cos(2 * t), -1.2 * np.sin(3 * t),
     ], axis=1)
@@ -73,7 +73,7 @@ def knot(size: float = 0.025, thickness: float = 0.006) -> Mesh:
     side = np.cross(along, (0.0, 0.0, 1.0))
     side /= np.linalg.norm(side, axis=1, keepdims=True)
     up = np.cross(side, along)
-    a = np.linspace(0, 2 * np.pi, 36, endpoint=False)[None, :, None]
+    a = np.linspace(0, 2 * np.pi, 24, endpoint=False)[None, :, None]
     tube = curve[:, None] + thickness / 2 * (np.cos(a) * side[:, None] + np.sin(a) * up[:, None])
     return tube.reshape(-1, 3), lattice(*tube.shape[:2], round_rows=True)
 

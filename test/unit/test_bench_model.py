@@ -73,7 +73,7 @@ def test_scans_lie_on_the_shape_from_both_kinds_of_sensor(sight):
 
 
 def test_noise_runs_along_the_ray_and_has_its_strength():
-    shape = read_shape('procedural:blob')
+    shape = read_shape('thin:cup')
     for sight in ('pinhole', 'orthographic'):
         clean = scan(shape, replace(SMALL, sight=sight))[0][0]
         noisy = scan(shape, replace(SMALL, sight=sight, noise_mr=0.5))[0][0]
@@ -134,7 +134,8 @@ def test_what_is_reached_looks_at_both_numbers():
 def test_a_perfect_surface_has_perfect_numbers(case, monkeypatch):
     exact = surface(case.reference.vertices, case.reference.faces)
     monkeypatch.setattr(model, 'made_apart', lambda maker, job: Made(exact, (3.0, 1.0, 2.0)))
-    found = measure(case, Maker('perfect', nothing, nothing), ModelJob(case.views, case.dres))
+    found = measure(case, Maker('perfect', nothing, nothing), ModelJob(case.views, case.dres),
+                    samples=2000)
     assert found['reached'] == 'aim' and found['seconds_warm'] == 1.5
     assert found['score']['worst'] < 1e-6 and found['fit'] < 1e-6
     assert found['counted']['closed'] and found['seen_share'] == found['score']['seen_share']
@@ -158,8 +159,8 @@ def test_a_maker_that_fails_is_a_line_not_the_end(case):
 
 @pytest.mark.parametrize('sight', ['pinhole', 'orthographic'])
 def test_depth_images_for_peers_show_the_view(sight):
-    shape = read_shape('procedural:blob')
-    pairs = tuple(scan(shape, replace(SMALL, sight=sight)))[:1]
+    shape = read_shape('thin:cup')
+    pairs = tuple(scan(shape, replace(SMALL, sight=sight)))[2:3]
     job = ModelJob(pairs, dres_of(pairs))
     image = drawn(job.posed()[0], job.dres)
     hit = image.depth > 0
@@ -168,7 +169,7 @@ def test_depth_images_for_peers_show_the_view(sight):
     reference = Triangles(shape.vertices, shape.faces)
     # Pixels lie on the view's triangles, which cut corners of the shape.
     assert np.quantile(reference.closest(points).distance, 0.9) < 0.3 * job.dres
-    assert hit.sum() > 2 * len(pairs[0][0].points)
+    assert hit.sum() > 1.2 * len(pairs[0][0].points)
 
 
 def test_open3d_makes_a_surface_of_the_views(case):
@@ -185,7 +186,7 @@ def test_the_case_runs_from_the_command_line(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(model, 'made_apart', lambda maker, job: exact)
     file, maps = tmp_path / 'out.json', tmp_path / 'maps'
     assert main(['model', 'thin:knot', '--pixels', '40', '--noise', '0', '--json', str(file),
-                 '--maps', str(maps)]) == 0
+                 '--samples', '500', '--maps', str(maps)]) == 0
     points, found = json.loads(file.read_text())['cases']
     assert (points['by'], found['by']) == ('points as they are', 'volume')
     assert found['limits']['accuracy_must'] == 0.5 and found['reached'] == 'aim'
@@ -195,7 +196,7 @@ def test_the_case_runs_from_the_command_line(tmp_path, capsys, monkeypatch):
 
 @pytest.mark.parametrize(('words', 'said'), [
     (['--reference', 'x'], 'SET=MESH'), (['--noise', '-1'], '--noise'),
-    (['--pixels', '1'], '--pixels')])
+    (['--pixels', '1'], '--pixels'), (['--samples', '1'], '--samples')])
 def test_what_makes_no_sense_is_the_callers_mistake(words, said, capsys):
     assert main(['model', 'thin:knot', *words]) == 2
     assert said in capsys.readouterr().err
