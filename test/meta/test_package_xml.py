@@ -30,7 +30,6 @@ KEYS = {
     'scipy': 'python3-scipy',
     'skimage': 'python3-skimage',
     'setuptools': 'python3-setuptools',
-    'skimage': 'python3-skimage',
     'trimesh': None,
     'yaml': 'python3-yaml',
     'zstandard': None,
