@@ -46,9 +46,7 @@ class Reach(NamedTuple):
     Parameters
     ----------
     radius : float
-        Across the normal.
-    depth : float
-        Along the normal.
+        Across the normal, and along it.
     near : float
         Across: a view with a point so near saw the place.
     paint : float
@@ -56,7 +54,6 @@ class Reach(NamedTuple):
     """
 
     radius: float
-    depth: float
     near: float
     paint: float
 
@@ -220,18 +217,46 @@ def dents(vertices: Floats, faces: Ints, normals: Floats) -> Floats32:
         If arrays do not fit together.
     """
     _check_oriented(vertices, normals)
-    if faces.ndim != 2 or faces.shape[1] != 3 or (
-            faces.size and not (0 <= faces.min() and faces.max() < len(vertices))):
-        raise ShapeError(f'faces: expected (F, 3) indices below {len(vertices)}')
+    _check_faces(faces, len(vertices))
     heights: Floats32 = _kernels.dents(
         np.ascontiguousarray(vertices, np.float64), np.ascontiguousarray(faces, np.int32),
         np.ascontiguousarray(normals, np.float64))
     return heights
 
 
+def piece_sizes(faces: Ints, count: int) -> Ints:
+    """
+    Return how many vertices hang together with each of `count` vertices by faces, (N,).
+
+    Parameters
+    ----------
+    faces : (F, 3) int32
+    count : int
+
+    Returns
+    -------
+    (N,) int32
+        0 for vertices without a face.
+
+    Raises
+    ------
+    ShapeError
+        If a face names no vertex.
+    """
+    _check_faces(faces, count)
+    sizes: Ints = _kernels.piece_sizes(np.ascontiguousarray(faces, np.int32), count)
+    return sizes
+
+
 def _check_oriented(points: Floats, normals: NDArray[np.floating]) -> None:
     if points.ndim != 2 or points.shape[1] != 3 or normals.shape != points.shape:
         raise ShapeError(f'points, normals: expected (N, 3), got {points.shape}, {normals.shape}')
+
+
+def _check_faces(faces: Ints, count: int) -> None:
+    if faces.ndim != 2 or faces.shape[1] != 3 or (
+            faces.size and not (0 <= faces.min() and faces.max() < count)):
+        raise ShapeError(f'faces: expected (F, 3) indices below {count}')
 
 
 def _check_samples(samples: Samples) -> None:
@@ -247,6 +272,5 @@ def _check_samples(samples: Samples) -> None:
 
 
 def _check_reach(reach: Reach) -> None:
-    if not (0 < reach.radius < np.inf and 0 < reach.depth < np.inf and 0 < reach.near < np.inf
-            and 0 < reach.paint < np.inf):
+    if not all(0 < length < np.inf for length in reach):
         raise ShapeError(f'reach: all must be above 0, got {tuple(reach)}')

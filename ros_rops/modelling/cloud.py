@@ -6,27 +6,37 @@ An object's views assembled to one cloud.
 Where views overlap their points are duplicates, some tenths of a mesh resolution apart: noise, and
 what is left of the poses' errors. Each point moves along its normal to where all points around it
 agree that the surface is, weighted by how far each may be trusted; of those then at the same place
-one stays.
+one stays. Views that contradict the others are left out, and points that other views saw through.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from ros_rops.core.config import ModelConfig
+from ros_rops.core.types import Bools, Ints
 from ros_rops.kernels.consensus import agree, Agreed, heaviest, Reach, Samples, spread
-from ros_rops.modelling.gathering import noise_of, samples_of
+from ros_rops.modelling.gathering import every_point, noise_of, piece_sizes_of, samples_of
 from ros_rops.modelling.posed import PosedView
-from ros_rops.modelling.products import ModelCloud
+from ros_rops.modelling.products import Fact, ModelCloud
+from ros_rops.modelling.witnesses import Tolerance, Witness, wrong_views
 
 LEAST_RADIUS_MR = 1.5
-"""Views of 1 mr have some nine points within it: enough for a height and a slope."""
-NOISE_RADII = 1.5
+"""A view has some nine points within it: enough for a height and a slope."""
+NOISE_RADII = 3.0
 """The neighbourhood is wider by so many standard deviations of the noise."""
 MOST_RADIUS_MR = 3.0
-DEPTH_RADII = 1.5
-"""Poses are wrong across the surface, too."""
+NOISY_MR = 0.1
+"""From this noise on the normals of single triangles are too rough to tell sides by."""
 NEAR_MR = 1.0
 """A view without a point so near did not see the place."""
+THROUGH_MR = 3.0
+"""Of a surface seen so far behind, a point is no part; and five standard deviations of noise."""
+SIDEWAYS_MR = 1.5
+"""A ray that passes an edge by less might meet it if the pose were a little better."""
+FEW_DIRECTIONS = 2
+"""What more views saw is there, whatever another says."""
+SPECK = 20
+"""A piece of fewer points that hangs in the air, seen by one view alone, is none of the object."""
 
 
 def assemble_cloud(
@@ -47,39 +57,100 @@ def assemble_cloud(
     Returns
     -------
     ModelCloud
-        Empty if no view has a surface.
+        Empty if no view has a surface. With `view_ids`: every point of every view where it was
+        measured, view by view.
     """
-    samples = samples_of(views)
-    reach = _reach(views, config, resolution)
-    spacing = config.cloud_mr * resolution
-    targets = np.arange(len(samples.points), dtype=np.int32)
-    if spacing > 0 and len(targets):
-        targets = heaviest(samples.points, samples.normals, samples.weights, spacing)
-    agreed = agree(samples, targets, reach, threads=threads)
-    if spacing > 0:
-        order = np.argsort(-agreed.weights, kind='stable').astype(np.int32)
-        agreed = _taken(agreed, spread(agreed.points, agreed.normals, order, spacing))
-    return _cloud(views, samples, agreed)
-
-
-def _reach(views: Sequence[PosedView], config: ModelConfig, resolution: float) -> Reach:
     noise = float(np.median([noise_of(view) for view in views])) if views else 0.0
+    reach = _reach(config, resolution, noise)
+    if config.view_ids:
+        return _unmerged(views, reach, threads)
+    through = THROUGH_MR * resolution + 5 * noise
+    tolerance = Tolerance(reach.radius, through, SIDEWAYS_MR * resolution)
+    witnesses = [Witness(view) for view in views]
+    wrong = wrong_views(views, witnesses, tolerance, threads=threads)
+    right = [k for k in range(len(views)) if k not in wrong]
+    samples = samples_of(views, right)
+    if noise > NOISY_MR * resolution:
+        samples = _smoothed(samples, reach, threads)
+    targets, agreed = _merged(samples, config.cloud_mr * resolution, reach, threads)
+    sizes = piece_sizes_of(views, right)[targets]
+    specks = (agreed.directions < FEW_DIRECTIONS) & (sizes < SPECK)
+    seen_through = _seen_through(agreed, [witnesses[k] for k in right], tolerance, threads)
+    kept = np.flatnonzero(~specks & ~seen_through)
+    measured = sum(len(view.view.points) for view in views)
+    return _cloud(views, samples, Agreed(*(column[kept] for column in agreed)), {
+        'points_measured': measured, 'points': len(kept),
+        'points_without_surface': sum(int((view.weights <= 0).sum()) for view in views),
+        'specks_removed': int(specks.sum()),
+        'seen_through_removed': int((seen_through & ~specks).sum()),
+        'views': len(views), 'views_left_out': len(wrong),
+        'left_out': ', '.join(views[k].name for k in wrong), 'noise': noise,
+        'radius': reach.radius})
+
+
+def _reach(config: ModelConfig, resolution: float, noise: float) -> Reach:
     radius = min(
         LEAST_RADIUS_MR * resolution + NOISE_RADII * noise, MOST_RADIUS_MR * resolution)
-    return Reach(
-        radius, DEPTH_RADII * radius, NEAR_MR * resolution,
-        max(config.cloud_mr, NEAR_MR) * resolution)
+    near = NEAR_MR * resolution
+    return Reach(radius, near, max(config.cloud_mr * resolution, near))
 
 
-def _taken(agreed: Agreed, pick: np.ndarray) -> Agreed:
-    return Agreed(*(column[pick] for column in agreed))
+def _smoothed(samples: Samples, reach: Reach, threads: int) -> Samples:
+    """Return the samples with the normals that the points around them agree on."""
+    every = np.arange(len(samples.points), dtype=np.int32)
+    return samples._replace(normals=agree(samples, every, reach, threads=threads).normals)
 
 
-def _cloud(views: Sequence[PosedView], samples: Samples, agreed: Agreed) -> ModelCloud:
+def _merged(
+    samples: Samples, spacing: float, reach: Reach, threads: int
+) -> tuple[Ints, Agreed]:
+    """Return which samples stand for the places of the surface, and what is agreed on there."""
+    targets = np.arange(len(samples.points), dtype=np.int32)
+    if spacing > 0:
+        targets = heaviest(samples.points, samples.normals, samples.weights, spacing)
+    agreed = agree(samples, targets, reach, threads=threads)
+    # What no point confirms (a normal like no other around) has no weight.
+    pick = np.flatnonzero(agreed.weights > 0)
+    if spacing > 0:
+        order = np.argsort(-agreed.weights, kind='stable').astype(np.int32)
+        chosen = spread(agreed.points, agreed.normals, order, spacing)
+        pick = chosen[agreed.weights[chosen] > 0]
+    return targets[pick], Agreed(*(column[pick] for column in agreed))
+
+
+def _seen_through(
+    agreed: Agreed, witnesses: Sequence[Witness], tolerance: Tolerance, threads: int
+) -> Bools:
+    """Tell which places more is said against than for, (M,)."""
+    result = np.zeros(len(agreed.points), np.bool_)
+    some = np.flatnonzero(agreed.directions <= FEW_DIRECTIONS)
+    against = np.zeros(len(some))
+    for witness in witnesses:
+        against += witness.denies(agreed.points[some], tolerance, threads)
+    result[some] = against > agreed.weights[some]
+    return result
+
+
+def _unmerged(views: Sequence[PosedView], reach: Reach, threads: int) -> ModelCloud:
+    samples, on_surface = every_point(views)
+    targets = np.flatnonzero(on_surface).astype(np.int32)
+    surface = Samples(*(column[targets] for column in samples[:4]), samples.colors[:0],
+                      samples.view_count)
+    every = np.arange(len(targets), dtype=np.int32)
+    directions = np.ones(len(samples.points), np.int32)
+    directions[targets] = agree(surface, every, reach, move=False, threads=threads).directions
+    return _cloud(views, samples, Agreed(
+        samples.points, samples.normals, samples.weights, samples.views, directions, directions,
+        samples.colors[:, :3]), {
+            'points_measured': len(samples.points), 'points': len(samples.points),
+            'points_without_surface': int((~on_surface).sum()), 'views': len(views)})
+
+
+def _cloud(
+    views: Sequence[PosedView], samples: Samples, agreed: Agreed, facts: Mapping[str, Fact]
+) -> ModelCloud:
     numbers = np.array([view.number for view in views], np.int32)
     return ModelCloud(
         agreed.points, agreed.normals, agreed.colors if len(samples.colors) else None,
         agreed.weights, numbers[agreed.views] if len(numbers) else agreed.views,
-        np.minimum(agreed.directions, 255).astype(np.uint8), {
-            'points_measured': sum(len(view.view.points) for view in views),
-            'points': len(agreed.points)})
+        np.minimum(agreed.directions, 255).astype(np.uint8), facts)

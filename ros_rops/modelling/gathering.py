@@ -2,13 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The points of all views of an object, side by side in its frame."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
-from ros_rops.core.types import Bools, Bytes
-from ros_rops.kernels.consensus import dents, Samples
+from ros_rops.core.types import Bools, Bytes, Ints
+from ros_rops.kernels.consensus import dents, piece_sizes, Samples
 from ros_rops.modelling.posed import PosedView
 
+GREY = 180
 _RING = 6
 """Neighbours of a vertex in a mesh of triangles, in the mean."""
 _SIGMA = 1.4826
@@ -21,10 +22,33 @@ def surface_points(view: PosedView) -> Bools:
     return on
 
 
-def samples_of(views: Sequence[PosedView]) -> Samples:
-    """Return the points of all views that lie on a surface; `views` counts in the sequence."""
-    picks = [surface_points(view) for view in views]
-    chosen = list(zip(views, picks, strict=True))
+def samples_of(views: Sequence[PosedView], chosen: Sequence[int]) -> Samples:
+    """
+    Return the points that lie on a surface, of the views with the places `chosen` in `views`.
+
+    `Samples.views` counts in `views`.
+    """
+    picks = {k: surface_points(views[k]) for k in chosen}
+    return _samples(views, picks)
+
+
+def every_point(views: Sequence[PosedView]) -> tuple[Samples, Bools]:
+    """Return all points of all views, and which of them lie on a surface, (N,)."""
+    picks = {k: np.ones(len(view.view.points), np.bool_) for k, view in enumerate(views)}
+    on = np.concatenate([np.zeros(0, np.bool_), *map(surface_points, views)])
+    return _samples(views, picks), on
+
+
+def piece_sizes_of(views: Sequence[PosedView], chosen: Sequence[int]) -> Ints:
+    """Return for each of `samples_of` how many points of its view its piece of surface has."""
+    sizes = [
+        piece_sizes(views[k].mesh.faces, len(views[k].mesh.vertices))[surface_points(views[k])]
+        for k in chosen]
+    return np.concatenate([np.zeros(0, np.int32), *sizes])
+
+
+def _samples(views: Sequence[PosedView], picks: Mapping[int, Bools]) -> Samples:
+    chosen = [(views[k], pick) for k, pick in picks.items()]
     coloured = any(view.view.colors is not None for view in views)
     colors = [_colors(view)[pick] for view, pick in chosen] if coloured else []
     return Samples(
@@ -33,13 +57,14 @@ def samples_of(views: Sequence[PosedView]) -> Samples:
             np.zeros((0, 3), np.float32),
             *(view.normals[pick].astype(np.float32) for view, pick in chosen)]),
         np.concatenate([np.zeros(0, np.float32), *(view.weights[pick] for view, pick in chosen)]),
-        np.repeat(np.arange(len(views), dtype=np.int32), [int(pick.sum()) for pick in picks]),
+        np.repeat(np.array(list(picks), np.int32), [int(pick.sum()) for _, pick in chosen]),
         np.concatenate([np.zeros((0, 4), np.uint8), *colors]), len(views))
 
 
 def _colors(view: PosedView) -> Bytes:
-    """Return red, green, blue and whether there is a colour, (N, 4)."""
-    result = np.zeros((len(view.view.points), 4), np.uint8)
+    """Return red, green, blue and whether there is a colour, (N, 4); grey where there is none."""
+    result = np.full((len(view.view.points), 4), GREY, np.uint8)
+    result[:, 3] = 0
     if view.view.colors is not None:
         result[:, :3] = view.view.colors
         result[:, 3] = 255

@@ -68,7 +68,7 @@ struct Answers {
 py::tuple agree(const Array<double>& points, const Array<float>& normals,
                 const Array<float>& weights, const Array<std::int32_t>& views,
                 const Array<std::uint8_t>& colors, const Array<std::int32_t>& targets,
-                int view_count, double radius, double depth, double near, double paint,
+                int view_count, double radius, double near, double paint,
                 bool move, int threads) {
   Answers answers(targets.shape(0));
   const auto count = static_cast<std::size_t>(targets.shape(0));
@@ -76,8 +76,7 @@ py::tuple agree(const Array<double>& points, const Array<float>& normals,
   {
     py::gil_scoped_release release;
     const Field field(points.data(), static_cast<std::size_t>(points.shape(0)),
-                      samples_of(normals, weights, views, colors), view_count,
-                      {radius, depth, near, paint});
+                      samples_of(normals, weights, views, colors), {radius, near, paint});
     // In the order of cells, so that what one target read is there for the next.
     std::vector<std::int32_t> place(points.shape(0));
     for (std::size_t k = 0; k < field.hash().size(); ++k)
@@ -88,13 +87,11 @@ py::tuple agree(const Array<double>& points, const Array<float>& normals,
       return place[target[a]] != place[target[b]] ? place[target[a]] < place[target[b]] : a < b;
     });
     rops::parallel_with(count, kChunk, threads, [&] {
-      return [&, tallies = std::vector<Field::Tally>(view_count)](std::size_t k) mutable {
+      return [&, scratch = rops::consensus::Scratch(view_count)](std::size_t k) mutable {
         const std::size_t i = order[k], at = target[i];
         const double* p = points.data() + 3 * at;
         const float* n = normals.data() + 3 * at;
-        const Vec3 point = {p[0], p[1], p[2]}, normal = {n[0], n[1], n[2]};
-        answers.put(i, move ? field.ask(point, normal, tallies)
-                            : field.stay(point, normal, tallies));
+        answers.put(i, field.ask({p[0], p[1], p[2]}, {n[0], n[1], n[2]}, move, scratch));
       };
     });
   }
@@ -178,6 +175,31 @@ Array<float> dents(const Array<double>& vertices, const Array<std::int32_t>& fac
   return result;
 }
 
+// Of each vertex, how many hang together with it by faces; 0 without a face.
+Array<std::int32_t> piece_sizes(const Array<std::int32_t>& faces, py::ssize_t n) {
+  Array<std::int32_t> result(n);
+  std::int32_t* out = result.mutable_data();
+  const std::int32_t* corner = faces.data();
+  const auto count = static_cast<std::size_t>(faces.shape(0));
+  py::gil_scoped_release release;
+  std::vector<std::int32_t> root(n), size(n, 0);
+  std::iota(root.begin(), root.end(), 0);
+  const auto find = [&](std::int32_t i) {
+    while (root[i] != i) i = root[i] = root[root[i]];
+    return i;
+  };
+  std::vector<std::uint8_t> faced(n, 0);
+  for (std::size_t f = 0; f < count; ++f, corner += 3)
+    for (int k = 0; k < 3; ++k) {
+      faced[corner[k]] = 1;
+      const std::int32_t a = find(corner[0]), b = find(corner[k]);
+      root[std::max(a, b)] = std::min(a, b);
+    }
+  for (py::ssize_t i = 0; i < n; ++i) size[find(i)] += faced[i];
+  for (py::ssize_t i = 0; i < n; ++i) out[i] = size[find(i)];
+  return result;
+}
+
 // The heaviest point of each cubic cell and each of the six ways to face.
 Array<std::int32_t> heaviest(const Array<double>& points, const Array<float>& normals,
                              const Array<float>& weights, double side) {
@@ -213,5 +235,6 @@ void bind_consensus(py::module_& m) {
   m.def("spread", &spread);
   m.def("heaviest", &heaviest);
   m.def("dents", &dents);
+  m.def("piece_sizes", &piece_sizes);
 }
 }  // namespace rops
