@@ -28,6 +28,9 @@ class ModelConfig(Group):
     cloud_mr: float = param(
         0.5, 'Points of the assembled cloud nearer to each other are merged.',
         unit='mr', low=0.0, high=50.0)
+    view_ids: bool = param(
+        False, 'Leave the assembled cloud unmerged: every point of every view, where it was '
+        'measured, under the id of its view.')
     report_mb: int = param(
         12, 'Most size of report.html: what it shows of clouds and surfaces is thinned to fit.',
         unit='MB', low=1, high=500)

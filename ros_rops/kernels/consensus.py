@@ -87,6 +87,12 @@ class Agreed(NamedTuple):
     support: Ints
     colors: Bytes
 
+    def at(self, rows: NDArray[np.integer]) -> 'Agreed':
+        """Return the answers of some places only."""
+        return Agreed(
+            self.points[rows], self.normals[rows], self.weights[rows], self.views[rows],
+            self.directions[rows], self.support[rows], self.colors[rows])
+
 
 def agree(
     samples: Samples, targets: Ints, reach: Reach, *, move: bool = True, threads: int = 0

@@ -78,7 +78,7 @@ def assemble_cloud(
     seen_through = _seen_through(agreed, [witnesses[k] for k in right], tolerance, threads)
     kept = np.flatnonzero(~specks & ~seen_through)
     measured = sum(len(view.view.points) for view in views)
-    return _cloud(views, samples, Agreed(*(column[kept] for column in agreed)), {
+    return _cloud(views, samples, agreed.at(kept), {
         'points_measured': measured, 'points': len(kept),
         'points_without_surface': sum(int((view.weights <= 0).sum()) for view in views),
         'specks_removed': int(specks.sum()),
@@ -109,13 +109,13 @@ def _merged(
     if spacing > 0:
         targets = heaviest(samples.points, samples.normals, samples.weights, spacing)
     agreed = agree(samples, targets, reach, threads=threads)
-    # What no point confirms (a normal like no other around) has no weight.
-    pick = np.flatnonzero(agreed.weights > 0)
+    pick = np.arange(len(targets), dtype=np.int32)
     if spacing > 0:
         order = np.argsort(-agreed.weights, kind='stable').astype(np.int32)
-        chosen = spread(agreed.points, agreed.normals, order, spacing)
-        pick = chosen[agreed.weights[chosen] > 0]
-    return targets[pick], Agreed(*(column[pick] for column in agreed))
+        pick = spread(agreed.points, agreed.normals, order, spacing)
+    # What no point confirms (a normal like no other around) has no weight.
+    pick = pick[agreed.weights[pick] > 0]
+    return targets[pick], agreed.at(pick)
 
 
 def _seen_through(
@@ -134,8 +134,10 @@ def _seen_through(
 def _unmerged(views: Sequence[PosedView], reach: Reach, threads: int) -> ModelCloud:
     samples, on_surface = every_point(views)
     targets = np.flatnonzero(on_surface).astype(np.int32)
-    surface = Samples(*(column[targets] for column in samples[:4]), samples.colors[:0],
-                      samples.view_count)
+    surface = samples._replace(
+        points=samples.points[targets], normals=samples.normals[targets],
+        weights=samples.weights[targets], views=samples.views[targets],
+        colors=samples.colors[:0])
     every = np.arange(len(targets), dtype=np.int32)
     directions = np.ones(len(samples.points), np.int32)
     directions[targets] = agree(surface, every, reach, move=False, threads=threads).directions
