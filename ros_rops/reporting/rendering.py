@@ -84,7 +84,7 @@ def _samples(
         return
     corners = place[shown.faces]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    steps = np.minimum(np.ceil(longest * 1.5).astype(int) + 1, MOST_SAMPLES)
+    steps = np.clip(np.ceil(longest * 1.1).astype(int), 1, MOST_SAMPLES)
     for step in np.unique(steps):
         faces = shown.faces[steps == step]
         for a in range(step + 1):
