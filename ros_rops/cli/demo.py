@@ -39,7 +39,7 @@ def run(args: argparse.Namespace) -> int:
     numbers = evaluate_run(args.out, [bags / TRUTH]).numbers()
     print('against the exact poses (deg; dres: mesh resolutions)')
     print(judgement_table(numbers))
-    print(f'written to {args.out}; look at {args.out / "picture.png"}')
+    print(f'written to {args.out}; open {args.out / "report.html"}')
     return 0 if right(numbers) and numbers['placed'] else 1
 
 

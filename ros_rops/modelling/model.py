@@ -6,13 +6,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 import time
-from typing import Any
 
 from ros_rops.core.config import Config
 from ros_rops.core.errors import ModelError, RopsError
 from ros_rops.core.types import Floats
+from ros_rops.modelling.cloud import assemble_cloud
 from ros_rops.modelling.posed import PosedView, resolution_of
 from ros_rops.modelling.products import ModelCloud, SurfaceMesh
+from ros_rops.modelling.quality import assess, Quality
 
 Say = Callable[[str], None]
 
@@ -42,7 +43,7 @@ class Model:
     resolution: float = 0.0
     cloud: ModelCloud | None = None
     surface: SurfaceMesh | None = None
-    quality: Any | None = None
+    quality: Quality | None = None
     notes: tuple[str, ...] = ()
     seconds: Mapping[str, float] = field(default_factory=dict)
 
@@ -73,15 +74,11 @@ def build_model(
     resolution = resolution_of(views)
     cloud = surface = quality = None
     with stages.take('cloud', f'assembling the cloud of {_counted(len(views), "view")}'):
-        from ros_rops.modelling.cloud import assemble_cloud
-
         cloud = assemble_cloud(views, config.model, resolution=resolution, threads=threads)
     if config.model.surface != 'none':
         with stages.take('surface', f'making the surface ({config.model.surface})'):
             surface = _surface(views, cloud, config, resolution, threads, stages.say)
     with stages.take('quality', 'judging the registration'):
-        from ros_rops.modelling.quality import assess
-
         quality = assess(
             views, surface, config, resolution=resolution, turntable_axis=turntable_axis,
             threads=threads)

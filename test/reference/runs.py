@@ -12,13 +12,13 @@ import time
 from meta.tree import ROOT
 from reference.streams import STILL
 
+BARE = ('--no-picture', '--no-model', '--no-report')
 COMMAND = [sys.executable, '-m', 'ros_rops.cli.main']
 
 
 def words(recording: Path, out: Path, *more: str) -> list[str]:
     """Return the command that replays a recording."""
-    return ['replay', str(recording), '--out', str(out), '--no-picture', '--no-model',
-            '--no-report', *STILL, *more]
+    return ['replay', str(recording), '--out', str(out), *BARE, *STILL, *more]
 
 
 def start(*given: str) -> subprocess.Popen:

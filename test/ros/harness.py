@@ -251,7 +251,9 @@ def station(
     words: Sequence[str] = (), expected: Sequence[int] = (0,),
 ) -> Iterator[tuple[NodeProcess, Client]]:
     """Run the registration node until it is in a state, and a client beside it."""
-    given = {'output.folder': folder, **(parameters or {})}
+    given = {
+        'output.folder': folder, 'output.models': False, 'output.report': False,
+        **(parameters or {})}
     arguments = [*ros_arguments(given, remap), *words]
     with NodeProcess(
             'registration_node', arguments, expected=expected) as process, Client() as client:

@@ -19,6 +19,7 @@ import time
 
 from meta.tree import ROOT
 import pytest
+from reference.runs import BARE
 
 pytest.importorskip('launch_ros.actions', reason='no launch_ros here: it comes with ROS only')
 rclpy = pytest.importorskip('rclpy', reason='no rclpy on this platform')
@@ -224,7 +225,7 @@ def test_a_replay_ends_with_the_poses_of_rops_replay(environment, tmp_path):
     finally:
         _kill(process)
     assert process.returncode == 0 and 'Traceback' not in output, output
-    assert main(['replay', str(recording), '--out', str(tmp_path / 'run'), '--no-picture',
+    assert main(['replay', str(recording), '--out', str(tmp_path / 'run'), *BARE,
                  '--config', str(preset)]) == 0
     found = _poses(tmp_path / 'runs' / 'latest' / 'poses.json')
     assert len(found[0]) == 6 and found == _poses(tmp_path / 'run' / 'poses.json')

@@ -11,6 +11,7 @@ import os
 from pathlib import Path
 
 import pytest
+from reference.runs import BARE
 
 rclpy = pytest.importorskip('rclpy', reason='no rclpy on this platform')
 from ros.harness import ROOT, station, wait_for  # noqa: E402, I100
@@ -25,7 +26,7 @@ BEAR = Path(os.environ.get('ROPS_DATA', ROOT.parent / 'shared' / 'data')).parent
 
 
 def by_command(recording: Path, folder: Path, *options: str) -> str:
-    assert main(['replay', str(recording), '--out', str(folder), '--no-picture', *options]) == 0
+    assert main(['replay', str(recording), '--out', str(folder), *BARE, *options]) == 0
     return (folder / 'poses.json').read_text()
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import shutil
 
 import pytest
+from reference.runs import BARE
 from ros_rops.cli.check_bags import LIST, read_list
 from ros_rops.cli.main import main
 from ros_rops.core.errors import InputError
@@ -77,7 +78,7 @@ def test_only_our_commands_are_run(tmp_path, capsys):
 def numbers_of(tmp_path: Path, name: str, *options: str) -> dict:
     """Replay a recording, judge the run by its poses, return the numbers."""
     run, numbers = tmp_path / 'run', tmp_path / 'numbers.json'
-    assert main(['replay', str(BAGS / f'{name}.mcap'), '--out', str(run), '--no-picture',
+    assert main(['replay', str(BAGS / f'{name}.mcap'), '--out', str(run), *BARE,
                  *options]) == 0
     main(['evaluate', str(run), str(BAGS / f'{name}_poses.json'), '--json', str(numbers)])
     return json.loads(numbers.read_text())

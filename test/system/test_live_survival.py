@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from reference.live import (
     Heard, offer_all, recorded, run_with_commands, saved, station, STILL)
-from reference.runs import result, unfinish
+from reference.runs import BARE, result, unfinish
 from ros_rops.cli.main import main
 from ros_rops.intake.past import Past
 from ros_rops.pipeline.session import Session
@@ -85,7 +85,7 @@ def test_views_with_facts_give_the_files_of_a_replay(whole, tmp_path):
         for entry in Past(whole.out / 'journal.mcap'):
             for view in entry.views:
                 mcap.add_view(view)
-    assert main(['replay', str(path), '--out', str(tmp_path / 'ref'), '--no-picture']) == 0
+    assert main(['replay', str(path), '--out', str(tmp_path / 'ref'), *BARE]) == 0
     with station(tmp_path / 'live', heard) as made:
         for raw in recorded(path):
             count = len(heard.words)

@@ -8,6 +8,7 @@ import re
 
 from meta.tree import name, ROOT
 import pytest
+from reference.runs import BARE
 from ros_rops.cli.main import main
 from ros_rops.core.config import Config
 from ros_rops.core.node_config import NodeConfig
@@ -55,7 +56,7 @@ def test_it_sets_something_of_the_node_and_something_of_the_engine(path):
 def _numbers(tmp_path: Path, recording: Path, preset: str, *more: str) -> dict:
     run, numbers = tmp_path / 'run', tmp_path / 'numbers.json'
     assert main([
-        'replay', str(recording), '--out', str(run), '--no-picture', '--config',
+        'replay', str(recording), '--out', str(run), *BARE, '--config',
         str(ROOT / 'config' / f'{preset}.yaml'), *more]) == 0
     poses = recording.with_name(f'{recording.stem}_poses.json')
     main(['evaluate', str(run), str(poses), '--json', str(numbers)])

@@ -8,6 +8,7 @@ from pathlib import Path
 from meta.tree import ROOT
 import numpy as np
 import pytest
+from reference.runs import BARE
 
 from ros_rops.bench.evaluate import evaluate_run
 from ros_rops.cli.main import main
@@ -49,7 +50,9 @@ def test_demo_is_registered_as_it_was_rendered(tmp_path, capsys):
     assert (numbers['placed'], numbers['views']) == (20, 20)
     assert numbers['wrong_placements'] == numbers['wrong_merges'] == numbers['splits'] == 0
     assert '20 of 20 views placed in 2 objects' in capsys.readouterr().out
-    for name in ('object_0.ply', 'object_1.ply', 'config.yaml', 'metrics.json', 'picture.png'):
+    for name in (
+            'object_0.ply', 'object_1_surface.ply', 'object_1_residuals.ply', 'config.yaml',
+            'metrics.json', 'quality.json', 'picture.png', 'report.html'):
         assert (tmp_path / 'demo' / name).stat().st_size > 0
     assert main(['explain', str(tmp_path / 'demo')]) == 0
 
@@ -59,7 +62,7 @@ def test_poses_are_the_same_bytes_for_any_thread_count(good, tmp_path):
     found = set()
     for k, threads in enumerate(('1', '2', '3', '2')):
         out = tmp_path / f'run{k}'
-        words = ['register', str(good), '--out', str(out), '--threads', threads, '--no-picture']
+        words = ['register', str(good), '--out', str(out), '--threads', threads, *BARE]
         assert main(words) == 0
         found.add((out / 'poses.json').read_bytes())
     assert len(found) == 1
@@ -77,7 +80,7 @@ def test_bad_files_among_good_ones_are_refused_and_lose_nothing(good, tmp_path):
     np.savetxt(mixed / 'bad_nan.xyz', np.full((50, 3), np.nan))
     np.savetxt(mixed / 'bad_two.xyz', np.eye(3)[:2])
     np.savetxt(mixed / 'bad_same.xyz', np.ones((500, 3)))
-    code = main(['register', str(mixed), '--out', str(tmp_path / 'run'), '--no-picture'])
+    code = main(['register', str(mixed), '--out', str(tmp_path / 'run'), *BARE])
     assert code == 0
     poses = _poses(tmp_path / 'run')
     words = {view['name']: view for view in poses['views']}
@@ -87,7 +90,7 @@ def test_bad_files_among_good_ones_are_refused_and_lose_nothing(good, tmp_path):
             assert view['status'] == 'refused' and view['object'] is None, name
             assert view['reason'] and str(tmp_path) not in view['reason'], name
     alone = tmp_path / 'alone'
-    assert main(['register', str(good), '--out', str(alone), '--no-picture']) == 0
+    assert main(['register', str(good), '--out', str(alone), *BARE]) == 0
     assert poses['objects'] == _poses(alone)['objects']
 
 
@@ -95,7 +98,7 @@ def test_nothing_placed_ends_with_1(tmp_path):
     (tmp_path / 'in').mkdir()
     np.savetxt(tmp_path / 'in' / 'two.xyz', np.eye(3)[:2])
     out = tmp_path / 'run'
-    assert main(['register', str(tmp_path / 'in'), '--out', str(out), '--no-picture']) == 1
+    assert main(['register', str(tmp_path / 'in'), '--out', str(out), *BARE]) == 1
     assert [view['status'] for view in _poses(out)['views']] == ['refused']
 
 

@@ -7,7 +7,7 @@ import json
 
 import numpy as np
 import pytest
-from reference.runs import result, unfinish, words
+from reference.runs import BARE, result, unfinish, words
 from reference.streams import frames, record
 from ros_rops.cli.main import main
 from ros_rops.recordings.sources import find_views
@@ -30,14 +30,14 @@ def test_registering_the_same_views_from_files_gives_the_same(whole, tmp_path):
         names.append(view.name)
         write_view(folder / f'{view.stamp_ns}.ply', replace(view, units='m'))
     out = tmp_path / 'run'
-    assert main(['register', str(folder), '--out', str(out), '--no-picture', '--units', 'm']) == 0
+    assert main(['register', str(folder), '--out', str(out), *BARE, '--units', 'm']) == 0
     expected, found = json.loads(whole.result['poses.json']), json.loads(
         (out / 'poses.json').read_text(encoding='utf-8'))
     for one, other in zip(expected['objects'], found['objects'], strict=True):
         assert [view['T_object_view'] for view in one['views']] == [
             view['T_object_view'] for view in other['views']]
     # And from the journal, which is a recording of views, with their names too.
-    assert main(['register', str(whole.out / 'journal.mcap'), '--out', str(out), '--no-picture',
+    assert main(['register', str(whole.out / 'journal.mcap'), '--out', str(out), *BARE,
                  '--overwrite']) == 0
     assert (out / 'poses.json').read_bytes() == whole.result['poses.json']
 
@@ -106,7 +106,7 @@ def test_a_background_is_cut_out_and_asked_for_again_on_resume(tmp_path, capsys)
     wall = record(tmp_path / 'wall.mcap', [
         replace(made[0], points=_before_a_wall(made[0].points, False))])
     out = tmp_path / 'run'
-    command = ['replay', str(scene), '--out', str(out), '--no-picture', '--background', str(wall),
+    command = ['replay', str(scene), '--out', str(out), *BARE, '--background', str(wall),
                '--set', 'segmentation.plane=false']
     assert main(command) == 0
     counts = [json.loads(path.read_text(encoding='utf-8'))['counts']

@@ -5,7 +5,7 @@
 import json
 
 import pytest
-from reference.runs import result, unfinish
+from reference.runs import BARE, result, unfinish
 from ros_rops.cli.main import main
 
 
@@ -21,7 +21,7 @@ def recording(tmp_path_factory):
 
 def replayed(recording, out, frame):
     more = ('--set', f'prior.fixed_frame={frame}') if frame else ()
-    assert main(['replay', str(recording), '--out', str(out), '--no-picture', *more]) == 0
+    assert main(['replay', str(recording), '--out', str(out), *BARE, *more]) == 0
     return json.loads((out / 'poses.json').read_text(encoding='utf-8'))
 
 

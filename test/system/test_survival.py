@@ -15,7 +15,7 @@ from types import SimpleNamespace
 from meta.tree import ROOT
 import numpy as np
 import pytest
-from reference.runs import result, start, unfinish, wait_for, words
+from reference.runs import BARE, result, start, unfinish, wait_for, words
 from ros_rops.cli.main import main
 from ros_rops.intake import journal as journal_module
 from ros_rops.intake.lock import locked
@@ -222,7 +222,7 @@ def test_files_are_resumed_too_and_an_unreadable_one_keeps_its_word(whole, tmp_p
         write_view(folder / f'view{k}.ply', outcome.view)
     (folder / 'view1_bad.ply').write_bytes(b'ply\nnonsense')
     out = tmp_path / 'run'
-    assert main(['register', str(folder), '--out', str(out), '--no-picture']) == 0
+    assert main(['register', str(folder), '--out', str(out), *BARE]) == 0
     expected = result(out)
     _cut_journal(out, 3)
     (folder / 'view1_bad.ply').unlink()  # it has its word already

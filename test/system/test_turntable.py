@@ -4,6 +4,7 @@
 
 import json
 
+from reference.runs import BARE
 from ros_rops.cli.main import main
 
 
@@ -12,7 +13,7 @@ def test_two_objects_recorded_registered_and_judged(tmp_path, capsys):
     assert main([
         'simulate', 'procedural:blob', 'procedural:bracket', '--out', str(bag), '--views', '7',
         '--step', '30', '--image', '192x144', '--noise', 'structured-light', '--seed', '1']) == 0
-    assert main(['register', str(bag), '--out', str(run), '--no-picture']) == 0
+    assert main(['register', str(bag), '--out', str(run), *BARE]) == 0
     assert main(['evaluate', str(run), str(tmp_path / 'x_poses.json'),
                  '--json', str(numbers)]) == 0
     found = json.loads(numbers.read_text())
