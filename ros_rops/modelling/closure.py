@@ -127,17 +127,14 @@ def _splat(at: Floats, normals: Floats, shape: tuple[int, ...]) -> Floats:
     base = np.floor(at).astype(np.int64)
     share = at - base
     size = int(np.prod(shape))
-    sums, weight = np.zeros((3, size)), np.zeros(size)
-    for corner in np.ndindex(2, 2, 2):
-        offset = np.asarray(corner)
-        part = np.where(offset, share, 1.0 - share).prod(axis=1)
-        cells = np.ravel_multi_index(tuple((base + offset).T), shape)
-        weight += np.bincount(cells, part, minlength=size)
-        for axis in range(3):
-            sums[axis] += np.bincount(cells, part * normals[:, axis], minlength=size)
+    corners = np.array(list(np.ndindex(2, 2, 2)))
+    parts = np.where(corners[:, None], share, 1.0 - share).prod(axis=2)
+    cells = np.ravel_multi_index(tuple(np.moveaxis(base + corners[:, None], 2, 0)), shape).ravel()
     # As much surface in a cell as it holds, however many points: full from one point on.
-    sums /= np.maximum(weight, 1.0)
-    return sums.reshape(3, *shape)
+    full = np.maximum(np.bincount(cells, parts.ravel(), minlength=size), 1.0)
+    return np.stack([
+        np.bincount(cells, (parts * along).ravel(), minlength=size) / full
+        for along in normals.T]).reshape(3, *shape)
 
 
 def _integrate(field: Floats, shape: tuple[int, ...], threads: int) -> Floats:

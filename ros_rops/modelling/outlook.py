@@ -18,8 +18,8 @@ from ros_rops.modelling.closure import Closure
 
 Floats32 = NDArray[np.float32]
 
-CANDIDATES = 240
-"""Directions tried, evenly spread: about 13 degrees from one to the next."""
+CANDIDATES = 180
+"""Directions tried, evenly spread: about 15 degrees from one to the next."""
 SUGGESTED = 3
 """Directions told at most, each by what it adds to those before."""
 LEAST_GAIN = 0.02

@@ -25,6 +25,8 @@ ALONE, CONFIRMED, CONTRADICTED = 0, 1, 2
 
 POINTS = 12_000
 """Most points of a view that are judged; taken evenly."""
+UNKNOWN_POINTS = 2_500
+"""The same where a sensor is unknown: nearest surfaces in space take longer to find than rays."""
 OBJECT_POINTS = 300_000
 """The same of an object."""
 REACH_MR = 5.0
@@ -122,7 +124,8 @@ def collect_votes(
     """
     reach = REACH_MR * resolution
     sights = sights_of(views)
-    most = min(POINTS, OBJECT_POINTS // max(len(views), 1))
+    known = all(one.view.sensor.kind != 'unknown' for one in views)
+    most = min(POINTS if known else UNKNOWN_POINTS, OBJECT_POINTS // max(len(views), 1))
     result = []
     for i, one in enumerate(views):
         chosen = thinned(one, most)
