@@ -13,7 +13,8 @@ from ros_rops.reporting.report_html import figure, Lengths, note, percent, text
 from ros_rops.reporting.report_scene import number_of
 
 WIDTH, HEIGHT, RING = 460, 400, 150
-LONGEST_LABEL = 16
+LONGEST_LABEL, MOST_NAMED = 16, 24
+"""With longer names, or more, the numbers of the views stand alone."""
 SHADES = ('#2c7fb8', '#7a8fb8', '#b58a3c', '#d95f0e', '#b3123c')
 """Of edges, from the best residual to the worst."""
 
@@ -44,8 +45,9 @@ def graph(files: RunFiles, item: Document) -> str:
     residuals = sorted(edge.residual for edge in edges if edge.residual is not None)
     lines = ''.join(_line(edge, names, residuals, lengths) for edge in edges)
     places = [_place(k, len(names)) for k in range(len(names))]
+    named = len(names) <= MOST_NAMED and max(map(len, names)) <= LONGEST_LABEL
     nodes = ''.join(
-        _node(name, k, places[k], files.numbers.get(name, -1), len(names))
+        _node(name, k, places[k], files.numbers.get(name, -1), named=named)
         for k, name in enumerate(names))
     return (
         f'<figure class="graph"><svg viewBox="0 0 {WIDTH} {HEIGHT}" role="group" '
@@ -115,22 +117,20 @@ def _shade(residual: float | None, residuals: Sequence[float]) -> str:
     return SHADES[min(int(share * len(SHADES)), len(SHADES) - 1)]
 
 
-def _node(name: str, k: int, at: tuple[float, float], number: int, count: int) -> str:
+def _node(name: str, k: int, at: tuple[float, float], number: int, *, named: bool) -> str:
     x, y = at
-    away = 17 if count <= 24 else 12
-    outward = (x - WIDTH / 2) / RING, (y - HEIGHT / 2) / RING
-    anchor = 'start' if outward[0] > 0.3 else 'end' if outward[0] < -0.3 else 'middle'
-    label = name if len(name) <= LONGEST_LABEL else '…' + name[-LONGEST_LABEL:]
-    shown = '' if count > 24 else (
-        f'<text class="label" x="{x + away * outward[0]:.1f}" y="{y + away * outward[1] + 4:.1f}" '
-        f'text-anchor="{anchor}">{text(label)}</text>')
+    out_x, out_y = (x - WIDTH / 2) / RING, (y - HEIGHT / 2) / RING
+    anchor = 'start' if out_x > 0.3 else 'end' if out_x < -0.3 else 'middle'
+    shown = '' if not named else (
+        f'<text class="label" x="{x + 17 * out_x:.1f}" y="{y + 20 * out_y + 4:.1f}" '
+        f'text-anchor="{anchor}">{text(name)}</text>')
+    ink = '#ffffff' if sum(PALETTE[k % len(PALETTE)]) < 1.6 else '#111111'
     return (
         f'<g class="node" tabindex="0" role="button" data-view="{number}" data-place="{k}" '
         f'aria-label="view {number}, {text(name)}"><title>{text(name)}</title>'
-        f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{10 if count <= 24 else 6}" '
-        f'fill="{hex_colour(k)}"/>'
-        + (f'<text class="id" x="{x:.1f}" y="{y + 3.5:.1f}">{number}</text>'
-           if count <= 24 else '') + f'{shown}</g>\n')
+        f'<circle cx="{x:.1f}" cy="{y:.1f}" r="10" fill="{hex_colour(k)}"/>'
+        f'<text class="id" x="{x:.1f}" y="{y + 3.5:.1f}" fill="{ink}">{number}</text>{shown}'
+        '</g>\n')
 
 
 def _caption(edges: Sequence[Edge], residuals: Sequence[float], lengths: Lengths) -> str:

@@ -11,6 +11,8 @@ from typing import Any
 
 STATUSES = ('placed', 'pending', 'ambiguous', 'refused')
 MM = {'m': 1000.0, 'mm': 1.0}
+SHORT = 20
+"""Letters that need no column of their own width."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +60,7 @@ def figure(value: Any, digits: int = 3) -> str:
     if number is None:
         return '–'
     if isinstance(value, int) or (number.is_integer() and abs(number) < 1e9):
-        return f'{int(number):,}'.replace(',', '\u202f')
+        return f'{int(number):,}'.replace(',', '\u202f').replace('-', '\u2212')
     places = max(digits - 1 - math.floor(math.log10(abs(number))), 0)
     if places > 6:
         return f'{number:.{digits - 1}e}'
@@ -126,7 +128,8 @@ def table(
 
 def _cell(cell: Cell | str) -> str:
     if isinstance(cell, str):
-        return f'<td>{text(cell)}</td>'
+        kind = ' class="words"' if len(cell) > SHORT else ''
+        return f'<td{kind}>{text(cell)}</td>'
     if cell.key is None:
         return f'<td>{cell.html}</td>'
     key = '' if cell.key == math.inf else cell.key

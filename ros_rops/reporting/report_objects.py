@@ -3,6 +3,7 @@
 """What the report says of each object: quality, coverage, surface, and how its views hang on."""
 
 from collections.abc import Mapping, Sequence
+import math
 from typing import Any
 
 from ros_rops.reporting.report_files import Document, get, items_of, RunFiles
@@ -23,14 +24,15 @@ def object_article(files: RunFiles, item: Document, scene: Document) -> str:
     quality = files.quality_of(object_id)
     lengths = Lengths(files.units)
     body = _summary(quality, files)
-    body += '<div class="cards">' + ''.join((
-        _card('Views', _views(files, item, quality, lengths)),
-        _card('View graph', graph(files, item)),
-        _card('Loops', _loops(quality, lengths, files)),
-        _card('Coverage', _coverage(quality, lengths, files)),
-        _card('Surface', _made(quality, 'surface', lengths, scene)),
-        _card('Cloud', _made(quality, 'cloud', lengths, scene)),
-        _card('Shown above', _shown(scene)))) + '</div>'
+    cards = [_card('Views', _views(files, item, quality, lengths)),
+             _card('View graph', graph(files, item))]
+    if quality:
+        cards += [_card('Loops', _loops(quality, lengths)),
+                  _card('Coverage', _coverage(quality, lengths)),
+                  _card('Surface', _made(quality, 'surface', lengths, scene)),
+                  _card('Cloud', _made(quality, 'cloud', lengths, scene))]
+    cards.append(_card('Shown above', _shown(scene)))
+    body += f'<div class="cards">{"".join(cards)}</div>'
     return (f'<article class="object" id="object-{object_id}" data-object="{object_id}">'
             f'<h3>Object {object_id}</h3>\n{body}</article>\n')
 
@@ -79,7 +81,8 @@ def _view_row(number: int, name: str, quality: Document, lengths: Lengths) -> li
         row.append(number_cell(percent(quality.get(key)), quality.get(key)))
     loose = quality.get('least_constrained')
     stiffness = number_of(get(loose, 'stiffness'))
-    row.append(Cell(text(_loose(loose)), 1e99 if stiffness is None else stiffness))
+    row.append(Cell(f'<span class="words">{text(_loose(loose))}</span>',
+                    math.inf if stiffness is None else stiffness))
     flags = quality.get('flags')
     return [*row, '; '.join(map(str, flags)) if isinstance(flags, list) else '']
 
@@ -93,11 +96,10 @@ def _loose(loose: Any) -> str:
     return f'{loose.get("kind", "")} (stiffness {figure(loose.get("stiffness"))})'
 
 
-def _loops(quality: Document, lengths: Lengths, files: RunFiles) -> str:
+def _loops(quality: Document, lengths: Lengths) -> str:
     loops = quality.get('loops')
     if not isinstance(loops, Mapping):
-        return note('No loop of views is known that could show an error.' if quality
-                    else _unknown(files))
+        return note('No loop of views is known that could show an error.')
     items = [('loops', figure(loops.get('count')))]
     for key, name in (('mean', 'mean'), ('max', 'largest')):
         turn, shift = get(loops, 'rotation_deg', key), get(loops, 'translation', key)
@@ -109,10 +111,10 @@ def _loops(quality: Document, lengths: Lengths, files: RunFiles) -> str:
     return facts(items)
 
 
-def _coverage(quality: Document, lengths: Lengths, files: RunFiles) -> str:
+def _coverage(quality: Document, lengths: Lengths) -> str:
     coverage = quality.get('coverage')
     if not isinstance(coverage, Mapping):
-        return note('What has not been seen is not known.' if quality else _unknown(files))
+        return note('What has not been seen is not known.')
     factor, unit = lengths.factor ** 2, f'{lengths.unit}²'
     area, unseen = (number_of(coverage.get(key)) for key in AREAS)
     items = [
@@ -176,7 +178,3 @@ def _of(shown: int, there: int, what: str) -> str:
     if shown >= there:
         return f'all {figure(there)} {what}'
     return f'{figure(shown)} of {figure(there)} {what} ({percent(shown / there)})'
-
-
-def _unknown(files: RunFiles) -> str:
-    return f'Not known: quality.json {files.missing.get("quality.json", "lacks this object")}.'

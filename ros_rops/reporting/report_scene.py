@@ -69,7 +69,7 @@ def _scene(files: RunFiles, item: Document, share: float) -> dict[str, Any]:
     if not layers.found:
         return scene
     first = numbers[0] if numbers else -1
-    scene['flip'] = _seen_along_z(next(iter(layers.found.values())), first)
+    scene['flip'] = _seen_along_z(list(layers.found.values()), first)
     shown = _carried(_thin(layers, share))
     origin, edge = _box(shown.values())
     middle, radius = _ball(next(iter(shown.values())).points)
@@ -129,14 +129,14 @@ def _ball(points: Floats) -> tuple[Floats, float]:
     return middle, radius or 1.0
 
 
-def _seen_along_z(layer: Layer, first: int) -> bool:
+def _seen_along_z(layers: Sequence[Layer], first: int) -> bool:
     """Tell whether the view that the frame is of was taken along +z, as a camera's image is."""
-    if layer.normals is None:
-        return False
-    normals = layer.normals
-    if layer.views is not None and (layer.views == first).any():
-        normals = normals[layer.views == first]
-    return bool(np.nanmean(normals[:, 2]) < 0)
+    for layer in layers:
+        if layer.normals is not None and layer.views is not None:
+            own = layer.normals[layer.views == first, 2]
+            if np.isfinite(own).any():
+                return bool(np.nanmean(own) < 0)
+    return False
 
 
 def _arrow(quality: Document) -> dict[str, Any] | None:

@@ -24,6 +24,7 @@ KEYS = {
     'mcap_ros2': None,
     'numpy': 'python3-numpy',
     'open3d': None,
+    'PySide6': None,
     'pybind11': 'pybind11-dev',
     'pytest': 'python3-pytest',
     'rosbags': None,

@@ -199,8 +199,9 @@ function overlays() {
   tag.hidden = !at || at[0] < 0 || at[1] < 0 || at[0] > w || at[1] > h;
   if (tag.hidden) return;
   const gain = now.scene.arrow.gain;
-  tag.textContent = gain === null ? 'look from here'
-    : `look from here: +${rounded(100 * gain)} %`;
+  const place = at[2] < 0 ? 'behind' : 'here';
+  tag.textContent = gain === null ? `look from ${place}`
+    : `look from ${place}: +${rounded(100 * gain)} %`;
   tag.style.left = `${Math.min(Math.max(at[0], 60), w - 60)}px`;
   tag.style.top = `${at[1]}px`;
 }

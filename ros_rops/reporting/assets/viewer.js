@@ -13,7 +13,7 @@ const NONE = 65535;                // no view, no residual (report_pack.py)
 const MODES = {plain: 0, view: 1, residual: 2, rgb: 3, state: 4, pick: 9};
 // Blue - pale yellow - red (ColorBrewer RdYlBu): safe for the colour-blind, grey stays for 'none'.
 const SCALE = [[49, 54, 149], [116, 173, 209], [255, 255, 191], [244, 109, 67], [165, 0, 38]];
-const STATES = [[140, 140, 148], [44, 150, 120], [216, 60, 90]];  // alone, confirmed, contradicted
+const STATES = [[140, 140, 148], [44, 150, 120], [200, 0, 200]];  // alone, confirmed, contradicted
 
 const inShader = (colours) => colours.map(
   (c) => `vec3(${c.map((v) => (v / 255).toFixed(4)).join(',')})`).join(',');
@@ -82,7 +82,8 @@ void main() {
   if (mesh == 0 && length(gl_PointCoord - 0.5) > 0.56) discard;
   vec3 base = plain;
   if (mode == 1) base = viewPaint.rgb;
-  if (mode == 2) base = known > 0.999 ? onScale(value / range) : vec3(0.55, 0.55, 0.58);
+  if (mode == 2) base = known > 0.999 ? onScale(value / range) : states[0];
+  if (mode == 2 && kind == 2) base = states[2];
   if (mode == 3) base = paint;
   if (mode == 4) base = states[clamp(kind, 0, 2)];
   vec3 n = eyeNormal;
