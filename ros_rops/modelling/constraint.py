@@ -140,4 +140,6 @@ def _three(vector: Floats) -> tuple[float, float, float]:
 def _said(vector: Floats, size: float = 1.0) -> str:
     """Return coordinates to a hundredth of `size`."""
     digits = max(0, 2 - math.floor(math.log10(size))) if size > 0 else 2
-    return '(' + ', '.join(f'{value + 0.0:.{digits}f}' for value in vector) + ')'
+    # No minus before a zero.
+    rounded = [round(float(value), digits) + 0.0 for value in vector]
+    return '(' + ', '.join(f'{value:.{digits}f}' for value in rounded) + ')'

@@ -26,6 +26,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import minimum_spanning_tree
 from scipy.spatial.transform import Rotation
 
+LEAST_OVERLAP = 0.1
+"""Pairs that overlap less (share of the samples of both) are not measured: they slide."""
 _ROUNDS = 8
 _TOLERANCE_MR = 0.01
 # Matches of a pair lie nearer than this from the third round on.
@@ -92,7 +94,7 @@ def loops_of(joint: Joint, ring: Sequence[int] = (), *, threads: int = 0) -> Loo
     Loops or None
         None if the views form no loop.
     """
-    fits = joint.edges
+    fits = [one for one in joint.edges if one.overlap >= LEAST_OVERLAP]
     cycles = cycle_basis(len(joint.problem.poses), fits)
     pairs = {(one.source, one.target) for one in fits}
     whole = len(ring) > 2 and all(_ordered(pair) in pairs for pair in _steps(ring))

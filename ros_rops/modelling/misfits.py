@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from ros_rops.core.types import Floats
 from ros_rops.modelling.joint import Joint
-from ros_rops.modelling.residuals import SIGMAS, Votes, weighted_median
+from ros_rops.modelling.residuals import SIGMAS, silenced, Votes, weighted_median
 
 CONTRADICTED = 0.25
 """Share of what is contradicted, of the points that others know, from which a view stands out."""
@@ -84,6 +84,13 @@ def misfits_of(
             gone.append(rival)
 
 
+def unheard(count: int, misfits: Sequence[Misfit]) -> list[set[int]]:
+    """Return for each of `count` views whom not to hear: misfits, but for itself and a rival."""
+    wrong = {one.index for one in misfits}
+    rivals = {one.index: one.rival for one in misfits}
+    return [wrong - {k, rivals.get(k)} for k in range(count)]
+
+
 def contradictions(votes: Sequence[Votes], scale: float, without: Sequence[int] = ()) -> Floats:
     """
     Return the share (V,) of each view's points that is contradicted, of those that are known.
@@ -92,11 +99,7 @@ def contradictions(votes: Sequence[Votes], scale: float, without: Sequence[int] 
     """
     shares = np.full(len(votes), np.nan)
     for i, one in enumerate(votes):
-        distance = one.distance
-        if len(without):
-            distance = distance.copy()
-            distance[list(without)] = np.nan
-        residual = weighted_median(distance, one.weight)
+        residual = weighted_median(silenced(one.distance, without), one.weight)
         known = np.isfinite(residual)
         if np.count_nonzero(known) >= FEWEST:
             shares[i] = np.mean(np.abs(residual[known]) > SIGMAS * scale)

@@ -20,7 +20,7 @@ from ros_rops.modelling.constraint import Constraint, least_constrained
 from ros_rops.modelling.coverage import Coverage, coverage_of
 from ros_rops.modelling.joint import Joint
 from ros_rops.modelling.loops import Loops, loops_of
-from ros_rops.modelling.misfits import Misfit, misfits_of
+from ros_rops.modelling.misfits import Misfit, misfits_of, unheard
 from ros_rops.modelling.posed import PosedView
 from ros_rops.modelling.products import SurfaceMesh
 from ros_rops.modelling.residuals import (
@@ -174,7 +174,7 @@ def assess(
         joint = Joint.of(views, resolution, config.fine, threads=threads)
     noise = scale_of(votes, 0.0 if joint is None else joint.roughness, resolution)
     misfits = () if joint is None else misfits_of(votes, joint, noise, resolution)
-    maps = residuals_of(views, votes, noise)
+    maps = residuals_of(views, votes, noise, unheard(len(views), misfits))
     wrong = {one.index for one in misfits}
     right = [one for k, one in enumerate(views) if k not in wrong] or list(views)
     axis = axis_of(right, turntable_axis, config.prior, resolution)
@@ -186,7 +186,8 @@ def assess(
         resolution, noise, judged, maps, tuple(names[one.index] for one in misfits),
         () if joint is None else _edges(joint, names),
         None if joint is None else loops_of(joint, ring, threads=threads),
-        coverage, summary_of(views, maps, misfits, coverage))
+        coverage,
+        summary_of(views, maps, misfits, [one.least_constrained for one in judged], coverage))
 
 
 def _edges(joint: Joint, names: Sequence[str]) -> tuple[Edge, ...]:

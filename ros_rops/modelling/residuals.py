@@ -6,11 +6,11 @@ What the other views say of every point of a view: that it is there, that it is 
 Another view knows a place where its line of sight through it meets its own surface (Curless and
 Levoy 1996, 3: signed distance along the line of sight) or is known to pass by. Its distance there,
 times the cosine between ray and surface, is its vote: how far the point lies in front (positive)
-or behind. Of all votes the weighted median counts, so that one wrong view among several spoils
-its own map only.
+or behind. Of all votes the weighted median counts, and views found wrong (`misfits`) have
+none on the others' points, so that a wrong view spoils its own map only.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -179,12 +179,24 @@ def scale_of(votes: Sequence[Votes], roughness: float, resolution: float) -> flo
 
 
 def residuals_of(
-    views: Sequence[PosedView], votes: Sequence[Votes], scale: float
+    views: Sequence[PosedView], votes: Sequence[Votes], scale: float,
+    unheard: Sequence[Collection[int]],
 ) -> tuple[ViewResiduals, ...]:
-    """Return each view's map: the weighted median of the votes, and whether it confirms."""
+    """
+    Return each view's map: the weighted median of the votes, and whether it confirms.
+
+    Parameters
+    ----------
+    views : sequence of V PosedView
+    votes : sequence of V Votes
+    scale : float
+        As `scale_of` returns it.
+    unheard : sequence of V collections of int
+        The views that have no vote on the points of each: those that are wrong themselves.
+    """
     result = []
-    for view, one in zip(views, votes, strict=True):
-        residual = weighted_median(one.distance, one.weight)
+    for view, one, deaf in zip(views, votes, unheard, strict=True):
+        residual = weighted_median(silenced(one.distance, deaf), one.weight)
         with np.errstate(invalid='ignore'):
             state = np.where(np.abs(residual) <= SIGMAS * scale, CONFIRMED, CONTRADICTED)
         state[np.isnan(residual)] = ALONE
@@ -192,6 +204,15 @@ def residuals_of(
             view.name, view.number, frozen(one.points, np.float64),
             frozen(residual, np.float32), frozen(state, np.uint8)))
     return tuple(result)
+
+
+def silenced(distance: Floats32, unheard: Collection[int]) -> Floats32:
+    """Return the votes (V, N) without those of some views."""
+    if not unheard:
+        return distance
+    heard = distance.copy()
+    heard[list(unheard)] = np.nan
+    return heard
 
 
 def weighted_median(values: Floats32, weights: Floats32) -> Floats32:

@@ -41,7 +41,7 @@ def flags_of(
 
 def summary_of(
     views: Sequence[PosedView], maps: Sequence[ViewResiduals], misfits: Sequence[Misfit],
-    coverage: Coverage | None,
+    constraints: Sequence[Constraint | None], coverage: Coverage | None,
 ) -> str:
     """Return one honest sentence on the object."""
     units = views[0].view.units
@@ -54,7 +54,7 @@ def summary_of(
     else:
         parts.append('no other to compare it with')
     parts.append(_seen(coverage))
-    parts.append(_worst(views, misfits))
+    parts += [_worst(views, misfits), _sliding(views, constraints)]
     return ', '.join(part for part in parts if part)
 
 
@@ -64,7 +64,8 @@ def _seen(coverage: Coverage | None) -> str:
     share = f'{coverage.unseen_share:.1%} of the surface unseen'
     if not coverage.directions:
         return share
-    direction = ', '.join(f'{value + 0.0:.2f}' for value in coverage.directions[0].direction)
+    direction = ', '.join(
+        f'{round(value, 2) + 0.0:.2f}' for value in coverage.directions[0].direction)
     return f'{share} (look from ({direction}))'
 
 
@@ -83,6 +84,17 @@ def _worst(views: Sequence[PosedView], misfits: Sequence[Misfit]) -> str:
     else:
         text = f'worst view {name}: off by about {length(worst.pull, views[0].view.units)}'
     return text + (f' ({more} more stand out)' if more else '')
+
+
+def _sliding(views: Sequence[PosedView], constraints: Sequence[Constraint | None]) -> str:
+    loose = [
+        view.name for view, one in zip(views, constraints, strict=True)
+        if one is not None and not one.held]
+    if not loose:
+        return ''
+    if len(loose) == 1:
+        return f'{loose[0]} is hardly held by the others'
+    return f'{len(loose)} views are hardly held by the others'
 
 
 def length(value: float, units: Units) -> str:

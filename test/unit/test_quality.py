@@ -11,13 +11,16 @@ import json
 
 import numpy as np
 import pytest
-from reference.posed import around, wronged
+from reference.posed import around, capture_from, posed, wronged
 from ros_rops.core.config import Config
 from ros_rops.core.errors import ParameterError
 from ros_rops.core.types import SensorModel
 from ros_rops.modelling.posed import resolution_of
 from ros_rops.modelling.quality import assess
 from ros_rops.modelling.residuals import weighted_median
+from ros_rops.recordings.procedural import mesh_of
+from ros_rops.recordings.synthetic import Model
+from scipy.spatial.transform import Rotation
 
 
 def judge(views, **options):
@@ -92,6 +95,45 @@ def test_of_two_views_it_is_not_told_which_is_wrong():
     assert all('cannot be told' in ' '.join(one.flags) for one in found.views)
 
 
+def vase(points):
+    radius, height = np.hypot(points[..., 0], points[..., 1]), points[..., 2]
+    return np.maximum(radius - (0.045 + 0.012 * np.sin(60 * height)), np.abs(height) - 0.07)
+
+
+@pytest.fixture(scope='module')
+def round_views():
+    thing = Model(*mesh_of(vase, cell=0.003), name='vase')
+    return posed([
+        capture_from(thing, (np.cos(angle), np.sin(angle), 0.3), f'v{k}')
+        for k, angle in enumerate(np.radians(np.arange(0, 360, 60)))])
+
+
+def about_z(view, degrees, up=0.0):
+    motion = np.eye(4)
+    motion[:3, :3] = Rotation.from_rotvec([0, 0, np.radians(degrees)]).as_matrix()
+    motion[2, 3] = up
+    return replace(view, T_object_view=motion @ view.T_object_view)
+
+
+def test_turned_about_its_axis_a_round_body_is_said_not_to_be_held(round_views):
+    """No measurement of shape can tell that a view of it is wrong; that it may be is said."""
+    found = judge((*round_views[:3], about_z(round_views[3], 15.0), *round_views[4:]))
+    assert found.worst_views == ()
+    for one in found.views:
+        assert one.least_constrained.kind == 'rotation' and not one.least_constrained.held
+        assert abs(one.least_constrained.direction[2]) > 0.999
+        assert any('turns about (0.00, 0.00, 1.00)' in flag for flag in one.flags)
+    assert '6 views are hardly held' in found.summary
+
+
+def test_slid_along_its_axis_a_round_body_is_found(round_views):
+    up = 4.0 * resolution_of(round_views)
+    found = judge((*round_views[:3], about_z(round_views[3], 0.0, up), *round_views[4:]))
+    assert found.worst_views == ('v3',)
+    # The others' maps do not hear it.
+    assert max(one.shares[2] for one in found.views if one.name != 'v3') < 0.06
+
+
 def test_residuals_have_the_sign_of_the_offset():
     """Points in front of the others' surface are positive: outside of the object."""
     views = list(around('blob'))
@@ -108,9 +150,9 @@ def test_residuals_have_the_sign_of_the_offset():
 
 
 def test_unknown_sensors_are_judged_by_nearest_surfaces():
-    views = of_sensor(around('blob'), SensorModel('unknown'))
+    views = of_sensor(around('blob', 9, 110), SensorModel('unknown'))
     assert judge(views).worst_views == ()
-    wrong = of_sensor(wronged(around('blob'), 4, shift_mr=3.0), SensorModel('unknown'))
+    wrong = of_sensor(wronged(around('blob', 9, 110), 4, shift_mr=3.0), SensorModel('unknown'))
     assert judge(wrong).worst_views == (wrong[4].name,)
 
 

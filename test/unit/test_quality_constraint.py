@@ -33,7 +33,7 @@ def cone(rng):
     points, normals = tube(rng)
     slope = 1.0 - 0.08 * points[:, 2:]
     points = points * np.concatenate([slope, slope, np.ones_like(slope)], axis=1)
-    normals = normals + [0, 0, 0.16]
+    normals = normals + np.array([0.0, 0.0, 0.16])
     return points, normals / np.linalg.norm(normals, axis=1, keepdims=True)
 
 
