@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 from ros_rops.core.errors import KernelMissingError
 
-NEEDED = ('numpy', 'scipy', 'pyyaml', 'matplotlib', 'mcap', 'mcap-ros2-support')
+NEEDED = ('numpy', 'scipy', 'pyyaml', 'matplotlib', 'scikit-image', 'mcap', 'mcap-ros2-support')
 
 
 class Finding(NamedTuple):
@@ -94,10 +94,10 @@ def disk() -> Finding:
 
 
 def open3d() -> Finding:
-    """Check the peer of the benchmark, in a process of its own: a broken one may abort."""
+    """Check what Poisson surfaces need, in a process of its own: a broken one may abort."""
     if importlib.util.find_spec('open3d') is None:
-        return Finding('WARN', 'Open3D: not installed; only `rops bench` compares with it '
-                       '(pip install ros_rops[bench])')
+        return Finding('WARN', 'Open3D: not installed; model.surface=poisson needs it, and '
+                       '`rops bench` compares with it (pip install ros_rops[poisson])')
     done = subprocess.run(
         [sys.executable, '-c', 'import open3d'], capture_output=True, text=True, check=False)
     if done.returncode:

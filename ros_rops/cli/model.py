@@ -73,6 +73,7 @@ def run(args: argparse.Namespace) -> int:
             args.folder, _names(document, chosen), document['units'] or 'unknown',
             threads=args.threads)
         task = ModelTask(document, views, config, args.threads)
+        _say(f'lengths in {document["units"]}')
         try:
             made = make_models(out, task, only=args.objects, say=_say)
         except OSError as error:

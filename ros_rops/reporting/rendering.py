@@ -13,7 +13,7 @@ from ros_rops.reporting.shown import Shown
 PIXELS = 620
 """Width and height of one side."""
 MOST_SAMPLES = 12
-"""Along an edge of a face."""
+"""Along an edge of a face, in pixels; larger ones are cut."""
 
 
 def draw_shown(path: Path, shown: Shown, title: str) -> None:
@@ -82,16 +82,36 @@ def _samples(
         for x, y in np.ndindex(side, side):
             yield place + np.array((x, y, 0.0)), color
         return
-    corners = place[shown.faces]
-    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    steps = np.clip(np.ceil(longest * 1.1).astype(int), 1, MOST_SAMPLES)
+    corners, colors = place[shown.faces], color[shown.faces]
+    longest = _longest(corners)
+    while longest.max() > MOST_SAMPLES:
+        far = longest > MOST_SAMPLES
+        corners = np.concatenate([corners[~far], _quartered(corners[far])])
+        colors = np.concatenate([colors[~far], _quartered(colors[far])])
+        longest = _longest(corners)
+    steps = np.maximum(np.ceil(longest * 1.1), 1).astype(int)
     for step in np.unique(steps):
-        faces = shown.faces[steps == step]
+        own = steps == step
         for a in range(step + 1):
             for b in range(step + 1 - a):
                 share = np.array([a, b, step - a - b]) / step
-                yield (np.einsum('k,fkd->fd', share, place[faces]),
-                       np.einsum('k,fkd->fd', share, color[faces]))
+                yield (np.einsum('k,fkd->fd', share, corners[own]),
+                       np.einsum('k,fkd->fd', share, colors[own]))
+
+
+def _longest(corners: Floats) -> Floats:
+    """Return the longest edge of each triangle (F, 3, 3), as it is seen."""
+    flat = corners[..., :2]
+    longest: Floats = np.linalg.norm(flat - np.roll(flat, 1, axis=1), axis=2).max(axis=1)
+    return longest
+
+
+def _quartered(corners: Floats) -> Floats:
+    """Return triangles (F, 3, 3) cut into four each."""
+    between = (corners + np.roll(corners, -1, axis=1)) / 2.0
+    outer = [np.stack([corners[:, k], between[:, k], between[:, k - 1]], axis=1)
+             for k in range(3)]
+    return np.concatenate([between, *outer])
 
 
 def _splat(
