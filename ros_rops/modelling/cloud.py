@@ -29,13 +29,13 @@ NOISY_MR = 0.1
 """From this noise on the normals of single triangles are too rough to tell sides by."""
 NEAR_MR = 1.0
 """A view without a point so near did not see the place."""
-THROUGH_MR = 3.0
+THROUGH_MR = 2.0
 """Of a surface seen so far behind, a point is no part; and five standard deviations of noise."""
 SIDEWAYS_MR = 1.5
 """A ray that passes an edge by less might meet it if the pose were a little better."""
 FEW_DIRECTIONS = 2
 """What more views saw is there, whatever another says."""
-SPECK = 20
+SPECK = 50
 """A piece of fewer points that hangs in the air, seen by one view alone, is none of the object."""
 
 
@@ -64,8 +64,8 @@ def assemble_cloud(
     reach = _reach(config, resolution, noise)
     if config.view_ids:
         return _unmerged(views, reach, threads)
-    through = THROUGH_MR * resolution + 5 * noise
-    tolerance = Tolerance(reach.radius, through, SIDEWAYS_MR * resolution)
+    tolerance = Tolerance(
+        resolution + 2 * noise, THROUGH_MR * resolution + 5 * noise, SIDEWAYS_MR * resolution)
     witnesses = [Witness(view) for view in views]
     wrong = wrong_views(views, witnesses, tolerance, threads=threads)
     right = [k for k in range(len(views)) if k not in wrong]
