@@ -61,7 +61,8 @@ class Witness:
     def confirms(self, points: Floats, tolerance: Tolerance, threads: int) -> Bools:
         """Tell which of `points` (M, 3) lie on the surface that the view saw, (M,)."""
         look = self._sight.look(points, reach=tolerance.through, threads=threads)
-        return np.abs(look.distance) * look.cosine < tolerance.same
+        with np.errstate(invalid='ignore'):  # rays that pass by are infinite, and have no angle
+            return np.abs(look.distance) * look.cosine < tolerance.same
 
     def denies(
         self, points: Floats, tolerance: Tolerance, threads: int

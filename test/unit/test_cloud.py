@@ -109,13 +109,19 @@ def test_what_floats_where_others_see_through_goes_and_what_one_view_saw_stays(c
         points = views[name].points.copy()
         middle = points[np.argmin(points[:, 2])]
         patch = np.linalg.norm(points - middle, axis=1) < 0.014
-        points[patch] *= 0.85
+        points[patch] *= 0.93
         views[name] = replace(views[name], points=points)
+        for name, view in views.items():
+            # A wall far behind: what the body does not hide of it ends the rays that pass by.
+            row, column = np.nonzero(view.grid < 0)
+            wall = np.stack([(column - 49.5) / 105, (row - 49.5) / 105, np.ones(len(row))], axis=1)
+            views[name] = replace(view, beyond=wall.astype(np.float32))
 
     views = placed(captures, change=change)
     cloud, resolution = assembled(views), resolution_of(views)
-    assert np.mean(errors(raw(views), resolution) > 4) > 0.002
-    assert errors(cloud.points, resolution).max() < 3
+    floating = errors(raw(views), resolution) > 4
+    assert floating.sum() > 50
+    assert np.sum(errors(cloud.points, resolution) > 4) < 0.1 * floating.sum()
     alone = assembled(views[1:2])
     assert set(alone.directions) == {1}
     away, _ = cKDTree(alone.points).query(raw(views[1:2]))

@@ -19,7 +19,8 @@ def sheets(offsets, noise=0.0, radius=None, seed=0, side=12.0):
         flat = rng.uniform(-side / 2, side / 2, (int(side * side * 1.3), 2))
         height = np.zeros(len(flat)) if radius is None else (
             np.sqrt(radius**2 - np.square(flat).sum(axis=1)))
-        normal = np.column_stack([flat, height]) if radius else np.tile([0, 0, 1.0], (len(flat), 1))
+        normal = np.column_stack([flat, height]) if radius else (
+            np.tile([0, 0, 1.0], (len(flat), 1)))
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
         lift = offset + rng.normal(0, noise, len(flat)) if noise else np.full(len(flat), offset)
         points.append(np.column_stack([flat, height]) + lift[:, None] * normal)
