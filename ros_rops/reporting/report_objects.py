@@ -14,7 +14,8 @@ from ros_rops.reporting.report_scene import number_of
 from ros_rops.reporting.report_views import view_link
 
 SHOWN = {'surface': 'Surface', 'cloud': 'Points', 'residuals': 'Residual map'}
-LENGTHS = ('voxel', 'resolution', 'mesh_resolution', 'edge', 'spacing', 'distance')
+LENGTHS = {'voxel', 'band', 'spread', 'noise', 'radius', 'cell', 'resolution', 'mesh_resolution'}
+"""Facts of surfaces and clouds that are lengths; the areas are `AREAS`."""
 AREAS = ('area', 'unseen_area')
 
 
@@ -115,17 +116,15 @@ def _coverage(quality: Document, lengths: Lengths) -> str:
     coverage = quality.get('coverage')
     if not isinstance(coverage, Mapping):
         return note('What has not been seen is not known.')
-    factor, unit = lengths.factor ** 2, f'{lengths.unit}²'
-    area, unseen = (number_of(coverage.get(key)) for key in AREAS)
     items = [
-        ('not seen', percent(coverage.get('unseen_share')) + (
-            '' if unseen is None else f' ({figure(unseen * factor)} {unit})')),
-        ('area', '–' if area is None else f'{figure(area * factor)} {unit}'),
+        ('not seen', f'{percent(coverage.get("unseen_share"))}, '
+         + _area(coverage.get('unseen_area'), lengths)),
+        ('area', _area(coverage.get('area'), lengths)),
         ('holes', figure(coverage.get('holes')))]
     turntable = coverage.get('turntable')
     if isinstance(turntable, Mapping):
-        items.append(('next turntable angle', f'{figure(turntable.get("angle_deg"))}° would show '
-                      f'{percent(turntable.get("gain_share"))} more'))
+        items.append(('next turntable angle', f'{figure(turntable.get("angle_deg"))}° shows '
+                      f'{percent(turntable.get("gain_share"))} of the unseen'))
     return facts(items) + _directions(items_of(coverage, 'directions'))
 
 
@@ -142,7 +141,7 @@ def _directions(directions: Sequence[Document]) -> str:
                      number_cell(percent(one.get('gain_share')), one.get('gain_share')),
                      Cell(look)])
     return '<p>Where the sensor should stand next, from the object:</p>\n' + table(
-        ['', 'direction', 'would show more', ''], rows, label='Next best directions')
+        ['', 'direction', 'shows of the unseen', ''], rows, label='Next best directions')
 
 
 def _made(quality: Document, part: str, lengths: Lengths, scene: Document) -> str:
@@ -153,11 +152,19 @@ def _made(quality: Document, part: str, lengths: Lengths, scene: Document) -> st
         return note(f'{missing}.' if missing else 'Nothing more is known of it.')
     items = []
     for name, value in plain_facts(document):
-        raw = document.get(name.replace(' ', '_'))
-        if name.replace(' ', '_') in LENGTHS:
-            value = lengths.text(raw)
-        items.append((name, value))
+        key = name.replace(' ', '_')
+        if key in LENGTHS:
+            value = lengths.text(document.get(key))
+        if key in AREAS:
+            value = _area(document.get(key), lengths)
+        if value:
+            items.append((name, value))
     return facts(items)
+
+
+def _area(value: Any, lengths: Lengths) -> str:
+    area = number_of(value)
+    return '–' if area is None else f'{figure(area * lengths.factor ** 2)} {lengths.unit}²'
 
 
 def _shown(scene: Document) -> str:

@@ -73,7 +73,7 @@ def _residuals(values: NDArray[np.float32], signed: bool) -> dict[str, Any]:
     return {
         'residual': _base64(np.where(np.isfinite(steps), steps, NONE_16), '<u2'),
         'limit': _short(limit), 'signed': signed,
-        'typical': _short(float(np.quantile(np.abs(known), 0.95)) if len(known) else 0.0)}
+        'typical': _short(float(np.quantile(np.abs(known), 0.9)) if len(known) else 0.0)}
 
 
 def _octahedral(normals: Floats32or64) -> Bytes:

@@ -26,7 +26,7 @@ def not_placed(files: RunFiles) -> str:
     left.sort(key=lambda item: (order.get(item[1]['status'], -1), item[0]))
     dropped = [
         frame for frame in items_of(files.frames, 'frames')
-        if frame.get('word') in ('bad', 'empty')]
+        if frame.get('word') in ('bad', 'empty') and frame.get('name') not in files.numbers]
     out = ''
     if left:
         rows: list[list[Cell | str]] = [

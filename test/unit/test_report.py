@@ -233,3 +233,12 @@ def test_older_folder_gives_a_report(tmp_path):
     words = _words(write_report(folder).read_text(encoding='utf-8'))
     assert 'The view graph is not known' in words and 'Times are not known' in words
     shutil.rmtree(folder)
+
+
+def test_frames_without_views_are_listed_once(folder):
+    frames = [{'name': 'blurred.ply', 'word': 'bad', 'reason': 'told above', 'views': []},
+              {'name': 'dark', 'word': 'empty', 'reason': 'nothing stands there', 'views': []}]
+    (folder / 'frames.json').write_text(json.dumps({'frames': frames}), encoding='utf-8')
+    words = _words(write_report(folder).read_text(encoding='utf-8'))
+    assert 'Frames that gave no view (1)' in words and 'nothing stands there' in words
+    assert 'told above' not in words

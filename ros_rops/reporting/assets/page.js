@@ -12,9 +12,9 @@ const shares = (hex) => bytesOf(hex).map((v) => v / 255);
 const rounded = (v) => (v === 0 ? '0' : String(Number(v.toPrecision(3)))).replace('-', '−');
 const length = (v) => `${rounded(v * page.factor)} ${page.unit}`;
 
-function nice(value) {  // the next of 1, 2, 5, 10, ...
+function nice(value) {  // the next of 1, 2, 3, 5, 10, ...
   const base = 10 ** Math.floor(Math.log10(value || 1));
-  return base * [1, 2, 5, 10].find((step) => step * base >= value * 0.999);
+  return base * [1, 2, 3, 5, 10].find((step) => step * base >= value * 0.999);
 }
 
 const now = {object: null, scene: null, layer: '', colour: '', hidden: new Set(), picked: null};
@@ -196,14 +196,16 @@ function overlays() {
   $('#bar').style.width = `${size / unit}px`;
   $('#bar span').textContent = `${rounded(size)} ${page.unit}`;
   const at = viewer.arrowTail(), tag = $('#tag'), {clientWidth: w, clientHeight: h} = viewer.canvas;
-  tag.hidden = !at || at[0] < 0 || at[1] < 0 || at[0] > w || at[1] > h;
+  tag.hidden = !at;
   if (tag.hidden) return;
   const gain = now.scene.arrow.gain;
-  const place = at[2] < 0 ? 'behind' : 'here';
+  const place = at[2] < -0.8 * now.scene.radius ? 'behind' : 'here';
   tag.textContent = gain === null ? `look from ${place}`
-    : `look from ${place}: +${rounded(100 * gain)} %`;
-  tag.style.left = `${Math.min(Math.max(at[0], 60), w - 60)}px`;
-  tag.style.top = `${at[1]}px`;
+    : `look from ${place}: shows ${rounded(100 * gain)} % of the unseen`;
+  const half = tag.offsetWidth / 2 + 4;
+  const beside = at[0] + 2 * half + 14 < w ? at[0] + half + 14 : at[0] - half - 14;
+  tag.style.left = `${Math.min(Math.max(beside, half), w - half)}px`;
+  tag.style.top = `${Math.min(Math.max(at[1], 16), h - 16)}px`;
 }
 
 function mouseAndTouch(canvas) {

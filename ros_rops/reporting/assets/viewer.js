@@ -255,7 +255,7 @@ class Viewer {
   reset() {
     const {centre, radius, flip} = this.object;
     this.target = [...centre];
-    this.distance = 1.08 * radius / Math.sin(FIELD / 2);
+    this.distance = 1.12 * radius / Math.sin(FIELD / 2);
     const upright = flip ? [1, 0, 0, 0, -1, 0, 0, 0, -1] : [1, 0, 0, 0, 1, 0, 0, 0, 1];
     this.turn = product(rotation(0, 0.3), product(rotation(1, -0.45), upright));
     this.fit();
@@ -382,7 +382,7 @@ class Viewer {
     gl.uniform1i(at.tinted, layer.view ? 1 : 0);
     gl.uniform1f(at.limit, layer.limit || 1);
     gl.uniform1f(at.range, this.state.range);
-    gl.uniform1f(at.pixels, 1.35 * layer.spacing * height / (2 * Math.tan(FIELD / 2)));
+    gl.uniform1f(at.pixels, 1.6 * layer.spacing * height / (2 * Math.tan(FIELD / 2)));
     gl.bindVertexArray(part.array);
     if (part.mesh) gl.drawElements(gl.TRIANGLES, part.count, gl.UNSIGNED_INT, 0);
     else gl.drawArrays(gl.POINTS, 0, part.count);
@@ -473,7 +473,7 @@ class Viewer {
   }
 }
 
-const ARROW = {tail: 1.62, neck: 1.28, tip: 1.06};
+const ARROW = {tail: 1.45, neck: 1.24, tip: 1.06};
 
 /** Triangles of an arrow from z = tail to z = tip, in radii of the object. */
 function arrowShape() {
