@@ -89,8 +89,11 @@ def coverage_of(
         return None
     turn = None if axis is None else next_turn(closure, views, axis)
     areas, unseen, holes, cell = closure.areas, closure.unseen, closure.holes, closure.cell
-    if surface is not None and surface.facts.get('closed') and surface.filled.any():
+    directions = suggestions(closure)
+    if surface is not None and surface.facts.get('closed'):
         areas, unseen = areas_of(surface.vertices, surface.faces), surface.filled
         holes, cell = count_groups(surface.faces, unseen), resolution
+        if not unseen.any():  # the model knows better than the coarse estimate
+            directions, turn = (), None
     return Coverage(
-        float(areas.sum()), float(areas[unseen].sum()), holes, cell, suggestions(closure), turn)
+        float(areas.sum()), float(areas[unseen].sum()), holes, cell, directions, turn)

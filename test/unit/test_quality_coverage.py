@@ -189,6 +189,10 @@ def test_a_closed_model_tells_its_own_unseen_area():
     assert found.area == pytest.approx(areas.sum())
     assert found.unseen_area == pytest.approx(areas[filled].sum())
     assert found.holes == 1
+    assert found.directions
+    whole = replace(surface, filled=np.zeros(len(faces), bool))
+    nothing = coverage_of(views, whole, resolution_of(views), None)
+    assert nothing.unseen_area == 0.0 and nothing.holes == 0 and nothing.directions == ()
     # One that is open says nothing of what is missing.
     bare = replace(surface, facts={'closed': False})
     open_one = coverage_of(views, bare, resolution_of(views), None)
