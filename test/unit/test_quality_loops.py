@@ -48,6 +48,23 @@ def test_one_wrong_edge_is_what_a_loop_is_off_by(cycle):
     assert loop.translation == pytest.approx(np.linalg.norm(move(sense, middle[None]) - middle))
 
 
+def test_a_loop_is_the_product_of_relative_poses():
+    """Composed from view to view by T_next_view, brought back into the object's frame."""
+    rng = np.random.default_rng(4)
+    poses = [rigid(Rotation.random(rng=rng).as_matrix(), rng.normal(size=3)) for _ in range(4)]
+    cycle, edges, total = (1, 3, 0, 2), {}, np.eye(4)
+    for a, b in zip(cycle, (*cycle[1:], cycle[0]), strict=True):
+        motion = turned(20.0, rng.normal(size=3), rng.normal(size=3))
+        edges[min(a, b), max(a, b)] = motion if a < b else np.linalg.inv(motion)
+        total = np.linalg.inv(poses[b]) @ motion @ poses[a] @ total
+    back = poses[1] @ total @ np.linalg.inv(poses[1])
+    middle = np.array([1.0, 2.0, 3.0])
+    loop = close(cycle, edges, middle)
+    assert loop.translation == pytest.approx(np.linalg.norm(move(back, middle[None]) - middle))
+    angle = Rotation.from_matrix(back[:3, :3]).magnitude()
+    assert loop.rotation_deg == pytest.approx(np.degrees(angle))
+
+
 def test_errors_that_cancel_do_not_show():
     step = turned(1.0, [0, 1, 0], [0.2, 0.0, 0.0])
     edges = {(0, 1): step, (1, 2): np.linalg.inv(step), (0, 2): np.eye(4)}
