@@ -12,7 +12,7 @@ from ros_rops.core.errors import ViewError
 from ros_rops.core.mesh import build_mesh
 from ros_rops.core.se3 import move
 from ros_rops.core.types import Floats, frozen, RangeMesh, RangeView
-from ros_rops.modelling.weights import point_weights
+from ros_rops.modelling.weights import nearest_of, point_weights
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,12 +75,14 @@ def pose_views(
         Without the views of which no mesh comes.
     """
     posed = []
-    for name, T in poses:
+    placed = list(poses)
+    nearest = nearest_of(views[name] for name, _ in placed)
+    for name, T in placed:
         try:
             mesh = build_mesh(views[name], config.mesh)
         except ViewError:
             continue
-        weights = point_weights(views[name], mesh)
+        weights = point_weights(views[name], mesh, nearest=nearest)
         posed.append(PosedView(
             name, numbers[name], views[name], mesh, weights, frozen(T, np.float64)))
     return tuple(posed)
