@@ -51,6 +51,7 @@ void main() {
   if (tinted == 1 && view < 65534.5) viewPaint = texelFetch(views, ivec2(int(view + 0.5), 0), 0);
   gl_Position = toScreen * at;
   gl_PointSize = clamp(pixels / -at.z, 1.5, 48.0);
+  if (mesh == 0 && viewPaint.a < 0.9) gl_Position.z += 0.006 * gl_Position.w;  // behind the one picked
   if (mesh == 0 && viewPaint.a < 0.2) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);  // hidden
 }`;
 
