@@ -138,9 +138,8 @@ class _Workshop:
             self._files[number] = self._write(model)
             self._spend({**model.seconds, 'write': time.perf_counter() - started})
         except Exception as error:  # whatever it is, the other objects are worth theirs
-            kind = '' if isinstance(error, (RopsError, OSError)) else f' ({type(error).__name__})'
             entry = self._entries.setdefault(number, {**UNKNOWN, 'id': number, 'notes': []})
-            entry['notes'] = [*entry['notes'], f'not made: {error}{kind}']
+            entry['notes'] = [*entry['notes'], _told(error)]
 
     def finish(self, only: Collection[int]) -> Made:
         """Write what is said of the objects; return what became of them."""
@@ -198,6 +197,14 @@ def _entry(model: Model) -> dict[str, Any]:
         'surface': None if model.surface is None else dict(model.surface.facts),
         'cloud': None if model.cloud is None else dict(model.cloud.facts),
         'notes': list(model.notes)}
+
+
+def _told(error: Exception) -> str:
+    if isinstance(error, OSError):
+        place = f'{Path(error.filename).name}: ' if error.filename else ''
+        return f'not written: {place}{error.strerror or error}'
+    kind = '' if isinstance(error, RopsError) else f' ({type(error).__name__})'
+    return f'not made: {error}{kind}'
 
 
 def _earlier(folder: Path) -> dict[int, dict[str, Any]]:

@@ -12,6 +12,8 @@ import pytest
 from reference.model_runs import make_run
 from ros_rops.cli import window
 from ros_rops.cli.main import main
+from ros_rops.cli.modelling import complete
+from ros_rops.intake.run_file import RunFile
 from ros_rops.pipeline.parameters import load_config
 from ros_rops.recordings.files import read_bytes
 from ros_rops.recordings.ply import parse_mesh
@@ -146,6 +148,33 @@ def test_nothing_made_ends_with_1(run, monkeypatch, capsys):
     monkeypatch.setattr('ros_rops.reporting.models.build_model', failing)
     assert main(['model', str(run)]) == 1
     assert 'object 0: not made: no room (MemoryError)' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(('error', 'message'), [
+    (KeyboardInterrupt(), 'interrupted; the poses are written, and `rops model'),
+    (OSError(28, 'No space left on device'), 'no models: ')])
+def test_what_stops_the_models_of_a_run_costs_nothing_else(
+        tmp_path, monkeypatch, capsys, error, message):
+    def failing(*given, **more):
+        raise error
+
+    task = make_run(tmp_path / 'run')
+    poses = (tmp_path / 'run' / 'poses.json').read_bytes()
+    monkeypatch.setattr('ros_rops.cli.modelling.make_models', failing)
+    complete(tmp_path / 'run', RunFile((), ()), task)
+    assert message in capsys.readouterr().err
+    assert (tmp_path / 'run' / 'report.html').exists()
+    assert (tmp_path / 'run' / 'poses.json').read_bytes() == poses
+
+
+def test_models_and_report_are_made_as_the_run_wants(tmp_path):
+    task = make_run(tmp_path / 'run')
+    before = set(tmp_path.glob('run/*'))
+    complete(tmp_path / 'run', RunFile((), (), models=False, report=False), task)
+    assert set(tmp_path.glob('run/*')) == before
+    complete(tmp_path / 'run', RunFile((), (), report=False), task)
+    assert (tmp_path / 'run' / 'quality.json').exists()
+    assert not (tmp_path / 'run' / 'report.html').exists()
 
 
 def test_report_prints_its_path(modelled, capsys):

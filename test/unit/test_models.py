@@ -3,6 +3,7 @@
 """Models of a run folder. Truth: balls of known size; what was written before; invariance."""
 
 from dataclasses import replace
+import errno
 import json
 
 import numpy as np
@@ -151,6 +152,22 @@ def test_an_object_that_fails_costs_no_other(tmp_path, monkeypatch):
     assert (tmp_path / 'run' / 'object_0.ply').exists()
     broken, sound = _quality(tmp_path / 'run')['objects']
     assert broken['id'] == 0 and broken['views'] == [] and sound['notes'] == []
+
+
+def test_a_disk_that_is_full_is_told_and_earlier_files_stay(tmp_path, monkeypatch):
+    def full(path, surface, **more):
+        raise OSError(errno.ENOSPC, 'No space left on device', str(path))
+
+    task = make_run(tmp_path / 'run')
+    before = (tmp_path / 'run' / 'object_0.ply').read_bytes()
+    monkeypatch.setattr('ros_rops.reporting.model_files.write_surface', full)
+    made = make_models(tmp_path / 'run', task)
+    assert made.objects == {} and made.notes == tuple(
+        f'object {k}: not written: object_{k}_surface.ply: No space left on device'
+        for k in TURNS)
+    # Nothing of a model that is not whole; what is known of it is in quality.json all the same.
+    assert (tmp_path / 'run' / 'object_0.ply').read_bytes() == before
+    assert _quality(tmp_path / 'run')['objects'][0]['summary']
 
 
 def test_views_without_a_mesh_make_no_model(tmp_path):
