@@ -19,6 +19,11 @@ constexpr float kFreeWeight = 0.5f;
 // two voxels, never on one, and tell by their place which ones.
 constexpr float kLeast = 1e-3f;
 
+// What was seen goes on along the surface, where distances change little from voxel to voxel, and
+// from where they are not cut off at the band.
+constexpr float kSteepest = 0.5f;
+constexpr float kInner = 0.9f;
+
 }  // namespace
 
 bool Volume::touch(const double* vertices, const std::int32_t* faces, std::size_t face_count,
@@ -120,8 +125,10 @@ void Volume::distances(float* values, int threads) const {
           const int i = k / 9 - 1, j = k / 3 % 3 - 1, l = k % 3 - 1;
           const float next = at(x + i, y + j, z + l);
           if (std::isnan(next)) continue;
-          const float value = 2 * next - at(x + 2 * i, y + 2 * j, z + 2 * l);
-          if (std::fabs(value) <= band) sum += value, count += 1;
+          const float slope = next - at(x + 2 * i, y + 2 * j, z + 2 * l);
+          const float step = std::sqrt(static_cast<float>(i * i + j * j + l * l));
+          if (!(std::fabs(slope) <= kSteepest * step && std::fabs(next) < kInner * band)) continue;
+          sum += next + slope, count += 1;
         }
         return count > 0 ? sum / count : NAN;
       };
