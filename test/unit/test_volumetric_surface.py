@@ -104,9 +104,9 @@ def test_memory_is_said_before_and_kept_within():
     said = []
     posed = _posed('pinhole')
     resolution = resolution_of(posed)
-    fine = _surface(posed, ModelConfig(voxel_mr=0.4), say=said.append)
-    small = _surface(posed, ModelConfig(voxel_mr=0.4, memory_mb=16), say=said.append)
-    assert fine.facts['voxel'] == pytest.approx(0.4 * resolution)
+    fine = _surface(posed, ModelConfig(voxel_mr=0.32), say=said.append)
+    small = _surface(posed, ModelConfig(voxel_mr=0.32, memory_mb=16), say=said.append)
+    assert fine.facts['voxel'] == pytest.approx(0.32 * resolution)
     assert fine.facts['volume_mb'] > 16 >= small.facts['volume_mb']
     assert small.facts['voxel'] > fine.facts['voxel']
     assert len(said) == 2 and 'memory_mb' in said[1] and 'memory_mb' not in said[0]
