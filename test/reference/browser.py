@@ -81,6 +81,13 @@ class Browser:
     def canvas(self, columns: int = 24, rows: int = 16) -> np.ndarray:
         """Return what the 3D view shows, (rows, columns, 3)."""
         x, y, width, height = self.place('#canvas')
+        # What was asked for is drawn with the next frame, and shown with the one after it.
+        self.js('window.frames_left = 3; const next = () => { if (--window.frames_left > 0)'
+                ' requestAnimationFrame(next); }; requestAnimationFrame(next);')
+        for _ in range(200):
+            if self.js('return window.frames_left') == 0:
+                break
+            self.do('wait', ms=15)
         return np.array(self.do(
             'pixels', x=x, y=y, width=width, height=height, columns=columns, rows=rows))
 

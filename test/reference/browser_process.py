@@ -77,7 +77,7 @@ class Browser:
         self.page.load(QUrl.fromLocalFile(path))
         QTimer.singleShot(20000, loop.quit)
         loop.exec()
-        self.wait(150)
+        self.wait(40)
         return bool(came and came[0])
 
     def wait(self, ms):
@@ -105,7 +105,7 @@ class Browser:
         """Return a part of what is shown, once it stands still: rows of columns of r, g, b."""
         before = None
         for _ in range(40):
-            self.wait(60)
+            self.wait(40)
             image = self.view.grab().toImage().copy(x, y, width, height).scaled(
                 columns, rows, Qt.AspectRatioMode.IgnoreAspectRatio,
                 Qt.TransformationMode.SmoothTransformation)
@@ -126,7 +126,7 @@ class Browser:
             self.wait(15)
         self._mouse(QEvent.Type.MouseButtonRelease, widget, x + dx, y + dy, held,
                     Qt.MouseButton.NoButton)
-        self.wait(120)
+        self.wait(25)
 
     def _mouse(self, kind, widget, x, y, button, buttons):
         at = QPointF(x, y)
@@ -140,7 +140,7 @@ class Browser:
             at, widget.mapToGlobal(at), QPoint(), QPoint(0, delta), Qt.MouseButton.NoButton,
             Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False,
             device=QPointingDevice.primaryPointingDevice()))
-        self.wait(200)
+        self.wait(25)
 
     def fingers(self, begin, end, steps=5):
         """Put fingers down at places, move them to others, lift them."""
@@ -160,17 +160,17 @@ class Browser:
             for k, point in enumerate(at(step / steps)):
                 touch.move(k, point, widget)
             touch.commit()
-            self.wait(20)
+            self.wait(15)
         touch = QTest.touchEvent(widget, self.finger)
         for k, point in enumerate(at(1)):
             touch.release(k, point, widget)
         touch.commit()
-        self.wait(150)
+        self.wait(25)
 
     def key(self, name):
         """Press a key."""
         QTest.keyClick(self.view.focusProxy(), getattr(Qt.Key, f'Key_{name}'))
-        self.wait(120)
+        self.wait(25)
 
     def console(self):
         """Return what the page wrote on its console."""
