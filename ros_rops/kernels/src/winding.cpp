@@ -27,7 +27,7 @@ template <class T>
 using Array = py::array_t<T, py::array::c_style | py::array::forcecast>;
 
 constexpr double kPi = 3.14159265358979323846;
-// From so many of its radii on a cluster of triangles is one dipole.
+// From so many of its radii on a cluster of triangles is a few moments.
 constexpr double kFar = 3.0;
 constexpr std::int32_t kLeaf = 8;
 
@@ -59,7 +59,7 @@ class Winding {
       const Vec3 away = minus(node.centre, point);
       const double squared = dot(away, away);
       if (squared > kFar * kFar * node.radius * node.radius) {
-        angle += dot(node.normal, away) / (squared * std::sqrt(squared));
+        angle += seen_from_afar(node, away, squared);
       } else if (node.right < 0) {
         for (std::int32_t f = node.begin; f < node.end; ++f) angle += solid(corners_[f], point);
       } else {
@@ -73,9 +73,28 @@ class Winding {
  private:
   struct Node {
     Vec3 centre, normal;
+    std::array<Vec3, 3> lean;    // sum of area vectors times places about the centre
+    std::array<Vec3, 3> extent;  // mean square of these places
     double radius;
     std::int32_t begin, end, right;  // the left child follows its parent
   };
+
+  static Vec3 times(const std::array<Vec3, 3>& m, const Vec3& v) {
+    return {dot(m[0], v), dot(m[1], v), dot(m[2], v)};
+  }
+
+  // Taylor series about the centre: three terms, the third as if the cluster were flat.
+  static double seen_from_afar(const Node& node, const Vec3& away, double squared) {
+    const double cubed = squared * std::sqrt(squared);
+    const double front = dot(node.normal, away);
+    const double lean = node.lean[0][0] + node.lean[1][1] + node.lean[2][2] -
+                        3 * dot(away, times(node.lean, away)) / squared;
+    const double trace = node.extent[0][0] + node.extent[1][1] + node.extent[2][2];
+    const Vec3 stretched = times(node.extent, away);
+    const double bend = 7.5 * front * dot(away, stretched) / (squared * squared) -
+                        1.5 * (2 * dot(node.normal, stretched) + trace * front) / squared;
+    return (front + lean + bend) / cubed;
+  }
 
   static Vec3 middle(const std::array<Vec3, 3>& t) {
     return {(t[0][0] + t[1][0] + t[2][0]) / 3, (t[0][1] + t[1][1] + t[2][1]) / 3,
@@ -118,26 +137,40 @@ class Winding {
   static Node cluster(const std::vector<std::array<Vec3, 3>>& given,
                       const std::vector<std::int32_t>& order, std::int32_t begin,
                       std::int32_t end) {
-    Node node{{0, 0, 0}, {0, 0, 0}, 0, begin, end, -1};
+    Node node{{0, 0, 0}, {0, 0, 0}, {}, {}, 0, begin, end, -1};
     double total = 0;
     for (std::int32_t i = begin; i < end; ++i) {
-      const auto& t = given[order[i]];
-      const Vec3 twice = cross(minus(t[1], t[0]), minus(t[2], t[0])), m = middle(t);
-      const double area = std::sqrt(dot(twice, twice)) / 2;
-      total += area;
-      for (int e = 0; e < 3; ++e)
-        node.centre[e] += area * m[e], node.normal[e] += twice[e] / 2;
+      const Vec3 vector = area(given[order[i]]), m = middle(given[order[i]]);
+      const double size = std::sqrt(dot(vector, vector));
+      total += size;
+      for (int e = 0; e < 3; ++e) node.centre[e] += size * m[e], node.normal[e] += vector[e];
     }
-    if (total > 0)
-      for (double& e : node.centre) e /= total;
-    else
-      node.centre = given[order[begin]][0];
-    for (std::int32_t i = begin; i < end; ++i)
-      for (const Vec3& corner : given[order[i]]) {
-        const Vec3 d = minus(corner, node.centre);
-        node.radius = std::max(node.radius, std::sqrt(dot(d, d)));
-      }
+    // Without an area it is seen from nowhere.
+    for (double& e : node.centre) e /= total > 0 ? total : 1;
+    for (std::int32_t i = begin; i < end; ++i) add_moments(given[order[i]], &node);
+    for (Vec3& row : node.extent)
+      for (double& e : row) e /= total > 0 ? total : 1;
     return node;
+  }
+
+  static Vec3 area(const std::array<Vec3, 3>& t) {
+    const Vec3 twice = cross(minus(t[1], t[0]), minus(t[2], t[0]));
+    return {twice[0] / 2, twice[1] / 2, twice[2] / 2};
+  }
+
+  static void add_moments(const std::array<Vec3, 3>& t, Node* node) {
+    const Vec3 vector = area(t), off = minus(middle(t), node->centre);
+    const double size = std::sqrt(dot(vector, vector));
+    const std::array<Vec3, 3> d = {minus(t[0], node->centre), minus(t[1], node->centre),
+                                   minus(t[2], node->centre)};
+    for (int e = 0; e < 3; ++e)
+      for (int o = 0; o < 3; ++o) {
+        node->lean[e][o] += vector[e] * off[o];
+        node->extent[e][o] += size / 12 * (d[0][e] * d[0][o] + d[1][e] * d[1][o] +
+                                           d[2][e] * d[2][o] + 9 * off[e] * off[o]);
+      }
+    for (const Vec3& corner : d)
+      node->radius = std::max(node->radius, std::sqrt(dot(corner, corner)));
   }
 
   std::vector<std::array<Vec3, 3>> corners_;
