@@ -53,7 +53,7 @@ class Winding:
 
         In the inside of a closed mesh 1, outside 0; of an open one the share of all directions
         in which its inner side is seen, less that in which its outer side is. Clusters far off
-        count as dipoles, which costs up to about 0.002.
+        count by their moments, which costs up to about 0.001.
 
         Parameters
         ----------

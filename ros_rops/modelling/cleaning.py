@@ -35,7 +35,8 @@ def cleaned(mesh: SurfaceMesh, *, resolution: float) -> SurfaceMesh:
     -------
     SurfaceMesh
         With the facts of `mesh_facts`, and `floating_removed`, `floating_share` (of the area),
-        `hidden_removed`, `crowded_edges`, `split_vertices`, beside those handed in.
+        `hidden_removed`, `crowded_edges`, `split_vertices` and `filled_share` (of the area),
+        beside those handed in.
 
     Raises
     ------
@@ -61,7 +62,9 @@ def cleaned(mesh: SurfaceMesh, *, resolution: float) -> SurfaceMesh:
         facts={
             **mesh.facts, **counts, 'crowded_edges': whole.crowded_edges,
             'split_vertices': whole.split_vertices,
-            **_facts(whole.vertices[left], faces, mates, manifold=True)},
+            **_facts(whole.vertices[left], faces, mates, manifold=True),
+            'filled_share': _share(
+                areas(whole.vertices[left], faces), mesh.filled[origins[whole.origins[kept]]])},
     )
 
 
@@ -128,6 +131,11 @@ def _check(mesh: SurfaceMesh, resolution: float) -> None:
             mesh.faces.min() < 0 or mesh.faces.max() >= len(mesh.vertices)):
         raise ShapeError(
             f'faces of the surface: indices must lie in 0..{len(mesh.vertices) - 1}')
+
+
+def _share(area: Floats, of: Bools) -> float:
+    total = float(area.sum())
+    return float(area[of].sum()) / total if total > 0 else 0.0
 
 
 def _agreeing(vertices: Floats, faces: Ints, normals: Floats) -> Floats:

@@ -135,7 +135,8 @@ class _Around(NamedTuple):
 
 def _cubes(places: Floats, faces: Ints) -> Longs:
     """Return the cube that each face lies in, (F, 3)."""
-    return np.floor(places[faces].mean(axis=1)).astype(np.int64)
+    cubes: Longs = np.floor(places[faces].mean(axis=1)).astype(np.int64)
+    return cubes
 
 
 def _key(cubes: Longs) -> Longs:

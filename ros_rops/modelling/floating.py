@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 from ros_rops.core.types import Bools, Floats, Ints
+from ros_rops.kernels.winding import Winding
 from ros_rops.modelling.products import Fact
 from ros_rops.modelling.topology import (
     areas, face_components, face_vectors, Longs, six_volumes, turned)
@@ -143,21 +144,6 @@ def _enclosed(
             probes = np.unique(faces[order[first[number]:first[number + 1]]])
             probes = probes[np.linspace(0, len(probes) - 1, _PROBES).astype(int)]
             walls = faces[order[first[outer]:first[outer + 1]]]
-            turns = [winding_number(vertices, walls, vertices[probe]) for probe in probes]
-            enclosed[number] |= min(turns) > _INSIDE
+            turns = Winding.of(vertices, walls).at(vertices[probes], threads=1)
+            enclosed[number] |= bool(turns.min() > _INSIDE)
     return enclosed
-
-
-def winding_number(vertices: Floats, faces: Ints, point: Floats) -> float:
-    """
-    Return how often the faces go round a point: 1 inside of a closed surface, 0 outside.
-
-    The sum of the solid angles under which the faces are seen (Van Oosterom and Strackee 1983),
-    over the full sphere.
-    """
-    a, b, c = (vertices[faces[:, k]] - point for k in range(3))
-    la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
-    product = np.einsum('ij,ij->i', a, np.cross(b, c))
-    dots = [np.einsum('ij,ij->i', p, q) for p, q in ((a, b), (b, c), (c, a))]
-    whole = la * lb * lc + dots[0] * lc + dots[1] * la + dots[2] * lb
-    return float(2 * np.arctan2(product, whole).sum() / (4 * math.pi))

@@ -64,8 +64,9 @@ class Lattice:
 
     def complete(self, cubes: Longs) -> Bools:
         """Tell of which `cubes` (M, 3) all corners were known to begin with."""
-        every: Bools = self.known[self.corners(cubes)].all(axis=1)
-        return every
+        corners = self.corners(cubes)  # first: it may make room
+        known: Bools = np.all(self.known[corners], axis=1)
+        return known
 
     def distances(self) -> Distances:
         """Return all of it as a volume has it."""

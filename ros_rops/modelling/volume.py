@@ -9,10 +9,11 @@ import numpy as np
 from ros_rops.core.config import ModelConfig
 from ros_rops.core.errors import ModelError
 from ros_rops.core.types import Floats, frozen
-from ros_rops.kernels.volume import BRICK, BRICK_BYTES, Volume
+from ros_rops.kernels.volume import BRICK, BRICK_BYTES, Distances, Volume
 from ros_rops.modelling.agreement import sight_of, spread_of
 from ros_rops.modelling.cleaning import cleaned
 from ros_rops.modelling.extraction import extract
+from ros_rops.modelling.filling import filled_faces, filled_volume, Frame
 from ros_rops.modelling.posed import PosedView
 from ros_rops.modelling.products import Fact, SurfaceMesh
 from ros_rops.modelling.tint import tinted
@@ -43,7 +44,7 @@ def volumetric_surface(
     views : sequence of PosedView
         Their order has no influence beyond the last digits.
     config : ModelConfig
-        `voxel_mr`, `memory_mb`.
+        `voxel_mr`, `memory_mb`, `holes`.
     resolution : float
         What mr means (dres), in the views' units.
     threads : int
@@ -54,8 +55,9 @@ def volumetric_surface(
     Returns
     -------
     SurfaceMesh
-        Cleaned (`modelling.cleaning`); with holes where no view saw a surface. Its facts tell
-        the `method`, the `voxel` and the `band` (in units), `voxels` and `volume_mb`.
+        Cleaned (`modelling.cleaning`); with holes where no view saw a surface, or with these
+        filled and marked (`modelling.filling`). Its facts tell the `method`, the `voxel` and the
+        `band` (in units), `voxels` and `volume_mb`.
 
     Raises
     ------
@@ -70,18 +72,39 @@ def volumetric_surface(
     grid = _fitting(views, config, resolution, spread_of(views, resolution, threads))
     if say is not None:
         say(grid.announcement(resolution, config))
-    for view in views:
-        grid.volume.integrate(sight_of(view), threads=threads)
-    surface = extract(grid.volume.distances(threads=threads))
+    sights = [sight_of(view) for view in views]
+    for sight in sights:
+        grid.volume.integrate(sight, threads=threads)
+    known = grid.volume.distances(threads=threads)
+    mesh = _meshed(known, known, views, grid, resolution, threads)
+    if config.holes == 'open' or mesh.facts['closed']:
+        return mesh
+    if say is not None:
+        say(f'closing {mesh.facts["holes"]} holes')
+    whole = filled_volume(
+        known, mesh.vertices, mesh.faces, sights, Frame(grid.origin, grid.voxel, grid.band),
+        threads=threads)
+    return _meshed(whole, known, views, grid, resolution, threads)
+
+
+def _meshed(
+    distances: Distances, known: Distances, views: Sequence[PosedView], grid: '_Grid',
+    resolution: float, threads: int,
+) -> SurfaceMesh:
+    """Return the cleaned surface in `distances`; what was not `known` is marked."""
+    surface = extract(distances)
     if not len(surface.faces):
         raise ModelError('the views saw no surface wider than a voxel')
+    filled = (
+        np.zeros(len(surface.faces), dtype=bool) if distances is known
+        else filled_faces(known, surface.vertices, surface.faces))
     vertices = grid.origin + grid.voxel * surface.vertices
     mesh = cleaned(SurfaceMesh(
         vertices=frozen(vertices, np.float64),
         faces=frozen(surface.faces, np.int32),
         normals=frozen(vertex_normals(vertices, surface.faces), np.float32),
         colors=tinted(vertices, views, grid.band, threads),
-        filled=frozen(np.zeros(len(surface.faces)), np.bool_),
+        filled=frozen(filled, np.bool_),
         facts=grid.facts(),
     ), resolution=resolution)
     if not len(mesh.faces):
