@@ -15,7 +15,7 @@ from ros_rops.bench.model_cases import EXACT, LIMITS, shape_case
 from ros_rops.bench.model_distance import Triangles
 from ros_rops.bench.model_frames import aligned_poses, settled
 from ros_rops.bench.model_peers import drawn, PEERS
-from ros_rops.bench.model_run import made, Made, Maker, ModelJob, nothing
+from ros_rops.bench.model_run import Made, made, Maker, ModelJob, nothing
 from ros_rops.bench.model_score import cloud_accuracy, judge_surface, surface_facts
 from ros_rops.bench.model_shapes import cup, dres_of, knot, read_shape, scan, Scanner
 from ros_rops.core.errors import InputError, ModelError
