@@ -14,6 +14,8 @@ from scipy.spatial.transform import Rotation
 SAMPLES = 20_000
 ROUNDS = 30
 REACH_DRES = 3.0
+SLIDING = 1e-3
+"""A motion stiffer than none by less than this share slides along the surface: not made."""
 STILL = 1e-4
 """A step that moves nothing by so many dres ends it."""
 
@@ -73,9 +75,11 @@ def settled(
 
 def _step(points: Floats, feet: Floats, normals: Floats) -> Floats:
     middle = points.mean(axis=0)
-    rows = np.concatenate([np.cross(points - middle, normals), normals], axis=1)
+    lever = float(np.linalg.norm(points - middle, axis=1).mean())
+    rows = np.concatenate([np.cross(points - middle, normals) / lever, normals], axis=1)
     gaps = np.einsum('nd,nd->n', feet - points, normals)
-    motion = np.linalg.lstsq(rows.T @ rows, rows.T @ gaps, rcond=1e-10)[0]
+    motion = np.linalg.lstsq(rows.T @ rows, rows.T @ gaps, rcond=SLIDING)[0]
+    motion[:3] /= lever
     result = np.eye(4)
     result[:3, :3] = Rotation.from_rotvec(motion[:3]).as_matrix()
     result[:3, 3] = middle + motion[3:] - result[:3, :3] @ middle

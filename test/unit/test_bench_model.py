@@ -115,6 +115,14 @@ def test_a_model_moved_settles_back():
     np.testing.assert_allclose(found @ T, np.eye(4), atol=1e-6)
 
 
+def test_a_body_of_revolution_is_not_turned_about_its_axis():
+    vertices, faces = cup()
+    T = np.eye(4)
+    T[:3, 3] = 0.0003, -0.0002, 0.0004
+    found = settled(move(T, vertices), faces, Triangles(vertices, faces), dres=0.001)
+    np.testing.assert_allclose(found @ T, np.eye(4), atol=1e-4)
+
+
 def test_what_is_reached_looks_at_both_numbers():
     vertices, faces = knot()
     one = judge_surface(
