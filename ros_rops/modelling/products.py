@@ -20,7 +20,7 @@ Fact = bool | int | float | str
 @dataclass(frozen=True, slots=True)
 class ModelCloud:
     """
-    The assembled cloud of an object: each place of its surface once.
+    The assembled cloud of an object: each place of its surface once, unless `model.view_ids`.
 
     Parameters
     ----------
@@ -30,13 +30,15 @@ class ModelCloud:
     colors : (N, 3) uint8 or None
         None if no view has colours.
     weights : (N,) float32
-        Sum of the weights of the points merged.
+        Sum over the views that saw the place of their points' mean weight there.
     view_ids : (N,) int32
         The view that weighs most in the point.
     directions : (N,) uint8
         How many views saw the point.
     facts : mapping of str to scalar
-        Counts: points before merging, outliers removed, ...
+        Counts: `points_measured` before merging, `points`, `points_without_surface`,
+        `specks_removed`, `seen_through_removed`, `views`, `views_left_out` (and their names,
+        `left_out`); lengths: `noise` across the surface, `radius` of what was merged.
     """
 
     points: Floats
