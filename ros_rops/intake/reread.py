@@ -97,4 +97,3 @@ def _read_inputs(folder: Path, run_file: RunFile, shelf: Shelf, threads: int) ->
     for _ in feed.run():
         if not shelf.missing:
             return
-

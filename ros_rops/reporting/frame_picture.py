@@ -109,8 +109,8 @@ def _legend(figure: Any, counts: Mapping[str, int]) -> None:
     total = max(1, sum(counts.values()))
     handles = [
         Patch(
-            facecolor=np.array(colour) / 255, edgecolor='grey',
+            facecolor=(red / 255, green / 255, blue / 255), edgecolor='grey',
             label=f'{REASONS[label]}: {100 * counts[label.name.lower()] / total:.1f}%')
-        for label, colour in COLOURS.items() if counts[label.name.lower()]]
+        for label, (red, green, blue) in COLOURS.items() if counts[label.name.lower()]]
     figure.legend(
         handles=handles, fontsize=6.5, loc='lower center', ncols=4, frameon=False)

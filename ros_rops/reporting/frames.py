@@ -189,7 +189,9 @@ def _pictures(
 
 
 def _distance(points: NDArray) -> NDArray[np.float32]:
-    return np.sqrt((points.astype(np.float64)**2).sum(axis=-1)).astype(np.float32)
+    distance: NDArray[np.float32] = np.sqrt(
+        (points.astype(np.float64)**2).sum(axis=-1)).astype(np.float32)
+    return distance
 
 
 def _rasters(

@@ -7,8 +7,8 @@ import time
 import pytest
 
 rclpy = pytest.importorskip('rclpy', reason='no rclpy on this platform')
-from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
-from ros.harness import demo_clouds, station, wait_for  # noqa: E402, I100
+from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402, I100
+from ros.harness import demo_clouds, station, wait_for  # noqa: E402
 from ros_rops.cli.main import main  # noqa: E402
 from sensor_msgs.msg import PointCloud2  # noqa: E402
 from std_msgs.msg import Header  # noqa: E402
