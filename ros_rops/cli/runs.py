@@ -19,6 +19,7 @@ from ros_rops.intake.lock import locked
 from ros_rops.intake.past import Past
 from ros_rops.intake.run_file import read_run_file, RUN_NAME, RunFile, stamp, write_run_file
 from ros_rops.recordings.sources import Recording, ViewSource
+from ros_rops.reporting.mesh_files import formats_of
 from ros_rops.reporting.run_folder import prepare_folder
 from ros_rops.reporting.table import result_table
 
@@ -34,10 +35,13 @@ def begin(
 
     Raises
     ------
+    ParameterError
+        If `model.formats` has an unknown one.
     InputError
         If the background has no frame, the folder cannot be written, another process works on
         it, or it holds an input, or an unfinished run that is not to be overwritten.
     """
+    formats_of(config.model.formats)  # before hours of work, not after
     run_file = RunFile(
         tuple(map(str, inputs)), tuple(stamp(_of(source, topics)) for source in sources), units,
         picture, journal, background and stamp(the_recording(background)), config.to_flat(),
