@@ -19,16 +19,16 @@ import sys
 from typing import Any
 
 from ros_rops.cli.options import threads_of
+from ros_rops.cli.results import read_result
 from ros_rops.core.config import Config
 from ros_rops.core.errors import InputError, ParameterError
 from ros_rops.intake.lock import locked
 from ros_rops.intake.reread import views_of_run
 from ros_rops.intake.run_file import read_run_file
+from ros_rops.modelling.libraries import check_libraries
 from ros_rops.pipeline.parameters import dump_config, parse_assignments
 from ros_rops.recordings.atomic import replace_file
-from ros_rops.reporting.mesh_files import formats_of
 from ros_rops.reporting.models import Made, make_models, ModelTask
-from ros_rops.reporting.poses_file import read_document
 
 SHORT = {'voxel_mr': 'model.voxel_mr', 'surface': 'model.surface', 'holes': 'model.holes',
          'formats': 'model.formats'}
@@ -85,25 +85,6 @@ def run(args: argparse.Namespace) -> int:
     return _outcome(made, out)
 
 
-def read_result(folder: Path) -> dict[str, Any]:
-    """
-    Return the content of a run's poses.json.
-
-    Raises
-    ------
-    InputError
-        If the folder is no run, or its run has no result yet.
-    """
-    if not (folder / 'poses.json').exists():
-        raise InputError(
-            f'{folder}: the run has no result yet; `rops resume {folder}` goes on with it'
-            if (folder / 'run.json').exists() else f'{folder}: is no run folder')
-    document = read_document(folder / 'poses.json')
-    if not document.get('complete', True):
-        print(f'warning: {folder}: a part of the input was not read', file=sys.stderr)
-    return document
-
-
 def _config(args: argparse.Namespace) -> Config:
     """Return the parameters of the run, those of the models as asked for."""
     given = parse_assignments(args.assignments)
@@ -115,7 +96,7 @@ def _config(args: argparse.Namespace) -> Config:
         if getattr(args, option) is not None:
             given[name] = getattr(args, option)
     config = Config.from_flat({**read_run_file(args.folder).parameters, **given})
-    formats_of(config.model.formats)
+    check_libraries(config.model)
     return config
 
 

@@ -2,14 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """What follows when the poses of a run are written: models, what they say of it, the report."""
 
+from collections.abc import Collection
 import gc
 from pathlib import Path
 import sys
+from typing import Any
 
 from ros_rops.cli.progress import Progress
 from ros_rops.core.errors import RopsError
+from ros_rops.intake.reread import views_of_run
 from ros_rops.intake.run_file import RunFile
-from ros_rops.reporting.models import make_models, ModelTask
+from ros_rops.reporting.models import make_models, modelled_objects, ModelTask, QUALITY
+from ros_rops.reporting.poses_file import read_document
 
 
 def complete(folder: Path, run_file: RunFile, task: ModelTask) -> None:
@@ -19,15 +23,45 @@ def complete(folder: Path, run_file: RunFile, task: ModelTask) -> None:
     Nothing that fails here, Ctrl-C included, costs the poses, or raises.
     """
     gc.collect()  # what the session held
-    try:
-        if run_file.models:
-            _models(folder, task)
-    except KeyboardInterrupt:
-        _warn(f'interrupted; the poses are written, and `rops model {folder}` makes the models')
-    except (RopsError, OSError) as error:
-        _warn(f'no models: {error}')
+    if run_file.models:
+        _guarded(folder, task)
     if run_file.report:
         report(folder)
+
+
+def catch_up(folder: Path, run_file: RunFile, threads: int) -> dict[str, Any] | None:
+    """
+    Make what a finished run lacks since it was killed meanwhile; the rest stays as it is.
+
+    Returns
+    -------
+    dict or None
+        The content of poses.json; None if nothing is missing.
+
+    Raises
+    ------
+    InputError
+        If poses.json cannot be read.
+    """
+    document = read_document(folder / 'poses.json')
+    there = modelled_objects(folder)
+    missing = [shape for shape in document['objects'] if shape['id'] not in there]
+    models = run_file.models and bool(missing or not (folder / QUALITY).exists())
+    if not models and (not run_file.report or (folder / 'report.html').exists()):
+        return None
+    print(f'{folder}: the poses are there; what is missing is made', file=sys.stderr)
+    if models:
+        names = {view['name'] for shape in missing for view in shape['views']}
+        try:
+            views = views_of_run(
+                folder, names, document['units'] or 'unknown', threads=threads)
+            _guarded(folder, ModelTask(document, views, run_file.config, threads),
+                     [shape['id'] for shape in missing])
+        except RopsError as error:  # the inputs may be gone
+            _warn(f'no models: {error}')
+    if run_file.report:
+        report(folder)
+    return document
 
 
 def report(folder: Path) -> None:
@@ -42,11 +76,17 @@ def report(folder: Path) -> None:
         _warn(f'{folder}: report.html is not written ({error})')
 
 
-def _models(folder: Path, task: ModelTask) -> None:
-    with Progress(len(task.document['objects'])) as progress:
-        made = make_models(folder, task, say=progress.say)
-    for note in made.notes:
-        _warn(note)
+def _guarded(folder: Path, task: ModelTask, only: Collection[int] = ()) -> None:
+    try:
+        with Progress(len(only or task.document['objects'])) as progress:
+            made = make_models(folder, task, only=only, say=progress.say)
+    except KeyboardInterrupt:
+        _warn(f'interrupted; the poses are written, and `rops model {folder}` makes the models')
+    except (RopsError, OSError) as error:
+        _warn(f'no models: {error}')
+    else:
+        for note in made.notes:
+            _warn(note)
 
 
 def _warn(text: str) -> None:

@@ -11,7 +11,7 @@ it at its end; this writes it again.
 import argparse
 from pathlib import Path
 
-from ros_rops.cli.model import read_result
+from ros_rops.cli.results import read_result
 from ros_rops.core.errors import InputError
 from ros_rops.intake.lock import locked
 

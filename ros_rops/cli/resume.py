@@ -6,7 +6,8 @@ Go on with a run that was killed, interrupted, or stopped by a full disk.
 RUN is the folder of `rops register` or `rops replay`. The views in its journal go through the
 session again, then the input is read on from where it stopped. The result is that of a run that
 was never interrupted, byte by byte. Where the input is gone or has changed, this is said and the
-run ends with what the journal holds. A run that is finished already is left as it is.
+run ends with what the journal holds. Of a run whose poses are there already, the models and the
+report that are missing are made; one that is finished is left as it is.
 Exit code 0 if at least one view was placed, 1 if none, 2 for a mistake in the command.
 """
 

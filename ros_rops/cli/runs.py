@@ -10,7 +10,7 @@ from typing import Any
 
 from ros_rops import __version__
 from ros_rops.cli.frame_records import clear_records
-from ros_rops.cli.modelling import complete
+from ros_rops.cli.modelling import catch_up, complete
 from ros_rops.cli.running import Running, the_recording
 from ros_rops.core.config import Config
 from ros_rops.core.errors import InputError
@@ -18,8 +18,8 @@ from ros_rops.intake.journal import JOURNAL_NAME
 from ros_rops.intake.lock import locked
 from ros_rops.intake.past import Past
 from ros_rops.intake.run_file import read_run_file, RUN_NAME, RunFile, stamp, write_run_file
+from ros_rops.modelling.libraries import check_libraries
 from ros_rops.recordings.sources import Recording, ViewSource
-from ros_rops.reporting.mesh_files import formats_of
 from ros_rops.reporting.run_folder import prepare_folder
 from ros_rops.reporting.table import result_table
 
@@ -36,12 +36,13 @@ def begin(
     Raises
     ------
     ParameterError
-        If `model.formats` has an unknown one.
+        If the surface is to be made by a library that is not installed.
     InputError
         If the background has no frame, the folder cannot be written, another process works on
         it, or it holds an input, or an unfinished run that is not to be overwritten.
     """
-    formats_of(config.model.formats)  # before hours of work, not after
+    if models:
+        check_libraries(config.model)  # before hours of work, not after
     run_file = RunFile(
         tuple(map(str, inputs)), tuple(stamp(_of(source, topics)) for source in sources), units,
         picture, journal, background and stamp(the_recording(background)), config.to_flat(),
@@ -64,7 +65,7 @@ def begin(
 
 def go_on(folder: Path, *, threads: int = 0) -> dict[str, Any] | None:
     """
-    Go on with the run in `folder`, and return the content of its poses.json; None if finished.
+    Go on with the run in `folder`, and return the content of its poses.json; None if all is there.
 
     Raises
     ------
@@ -74,7 +75,7 @@ def go_on(folder: Path, *, threads: int = 0) -> dict[str, Any] | None:
     with locked(folder):
         run_file = read_run_file(folder)
         if run_file.state == 'finished' and (folder / 'poses.json').exists():
-            return None
+            return catch_up(folder, run_file, threads)
         if run_file.version != __version__:
             _warn(f'the run was begun by ros_rops {run_file.version}, this is {__version__}: the '
                   f'result may differ')

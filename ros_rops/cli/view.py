@@ -13,7 +13,7 @@ import os
 from pathlib import Path
 import sys
 
-from ros_rops.cli.model import read_result
+from ros_rops.cli.results import read_result
 from ros_rops.core.errors import InputError, ParameterError
 from ros_rops.reporting.shown import read_shown, Shown
 

@@ -4,7 +4,28 @@
 
 from dataclasses import dataclass
 
+from ros_rops.core.errors import ParameterError
 from ros_rops.core.parameter import Group, param
+
+FORMATS = ('ply', 'stl', 'obj', 'glb')
+"""Files that a surface can be written to."""
+
+
+def formats_of(text: str) -> tuple[str, ...]:
+    """
+    Return the formats in a list with commas, each once.
+
+    Raises
+    ------
+    ParameterError
+        If one is none of `FORMATS`.
+    """
+    found = tuple(dict.fromkeys(
+        word.strip().lower() for word in text.split(',') if word.strip()))
+    for word in found:
+        if word not in FORMATS:
+            raise ParameterError(f'formats: {word!r} is none of {", ".join(FORMATS)}')
+    return found
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,3 +55,8 @@ class ModelConfig(Group):
     report_mb: int = param(
         12, 'Most size of report.html: what it shows of clouds and surfaces is thinned to fit.',
         unit='MB', low=1, high=500)
+
+    def __post_init__(self) -> None:
+        """Check the values, and the words of the list."""
+        Group.__post_init__(self)  # slots leave no bare super()
+        formats_of(self.formats)

@@ -159,6 +159,8 @@ def _queue(state: StationState, lately: Lately) -> Health:
 
 def _registration(state: StationState, lately: Lately) -> Health:
     doing = f'{state.doing} for {state.doing_s:.0f} s' if state.doing else 'idle'
+    if state.modelling:
+        doing = f'{doing}; making models: {state.modelling}'
     text = f'{doing}; {_count(state.objects, "object")}, views: {_listed(state.statuses)}'
     level = Level.OK
     if state.last_error:

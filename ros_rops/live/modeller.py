@@ -25,6 +25,7 @@ MOST_WAITING = 2
 GENTLER = 10
 """By so much more than registration it gives way."""
 PROGRAM = 'ros_rops.live.model_process'
+REPORT = 'report.html'
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +135,8 @@ class Modeller:
         done, last = self._made(job)
         if done is not None:
             self._board.last_save = (
-                f'{job.said}; {_outcome(job, done)} in {time.monotonic() - began:.1f} s')
+                f'{job.said}; {_outcome(job, done)} in {time.monotonic() - began:.1f} s'
+                + (f': {job.folder / REPORT}' if (job.folder / REPORT).exists() else ''))
         elif self._closed:
             self._say_given_up(job, 'the station ends')
         elif not self._withdrawn:
@@ -144,11 +146,11 @@ class Modeller:
     def _made(self, job: Job) -> tuple[list[str] | None, str]:
         """Return what could not be made, None if it broke off; and the last words of others."""
         done, last = None, ''
-        process = self._start()
+        process = self._start(job)
         if process is None:
             return None, ''
         order = {'folder': job.folder, 'task': job.task, 'models': job.models,
-                 'report': job.report, 'nice': min(19, job.nice + GENTLER)}
+                 'report': job.report}
         try:
             with process:
                 # Kept open: by its end the other side knows that this one has gone.
@@ -159,7 +161,7 @@ class Modeller:
             pass
         return done, last or f'the process ended with {process.returncode}'
 
-    def _start(self) -> 'subprocess.Popen[bytes] | None':
+    def _start(self, job: Job) -> 'subprocess.Popen[bytes] | None':
         root = str(Path(ros_rops.__file__).resolve().parents[1])
         paths = [root, *filter(None, [os.environ.get('PYTHONPATH')])]
         with self._changed:
@@ -167,7 +169,8 @@ class Modeller:
                 return None
             # Not from the directory that the node was started in; and Ctrl-C there is the node's.
             self._process = subprocess.Popen(
-                [sys.executable, '-P', '-m', PROGRAM], stdin=subprocess.PIPE,
+                [sys.executable, '-P', '-m', PROGRAM, str(job.folder),
+                 str(min(19, job.nice + GENTLER))], stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True,
                 env={**os.environ, 'PYTHONPATH': os.pathsep.join(paths)})
             return self._process

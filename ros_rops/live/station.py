@@ -28,7 +28,7 @@ from ros_rops.recordings.live_frames import live_plan
 from ros_rops.recordings.messages import RawMessage
 from ros_rops.recordings.topics import CLOUD, IMAGE
 
-DYNAMIC = ('selection', 'segmentation')
+DYNAMIC = ('selection', 'segmentation', 'model')
 """Groups of parameters that may change while the station works."""
 ONE_SHOT = ('every', 'request')
 """Ways of selection where each frame may be wanted, so that none is dropped for a newer one."""
@@ -156,12 +156,12 @@ class Station:
 
     def reconfigure(self, config: Config) -> None:
         """
-        Select and segment the frames that follow by other parameters.
+        Select and segment the frames that follow by other parameters; make models by them.
 
         Raises
         ------
         ParameterError
-            If others than those of `selection` and `segmentation` differ.
+            If others than those of `selection`, `segmentation` and `model` differ.
         """
         for group in fields(Config):
             if group.name not in DYNAMIC and (

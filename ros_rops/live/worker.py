@@ -171,6 +171,8 @@ class Worker:
         wanted = self._node.output
         if not (wanted.models or wanted.report):
             return
+        said = self._board.last_save
+        self._board.last_save = f'{said}; the models are made now' if wanted.models else said
         views = self._ledger.session.views
         placed = {view['name']: views[view['name']]
                   for shape in document['objects'] for view in shape['views']}
@@ -178,7 +180,7 @@ class Worker:
             self._run.folder,
             ModelTask(document, placed, self._config, self._node.node.threads),
             wanted.models, wanted.report, self._node.node.nice, self._run.hold_longer(),
-            self._board.last_save))
+            said))
 
     def _result(self) -> Run:
         ledger = self._ledger

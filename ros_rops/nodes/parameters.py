@@ -12,12 +12,13 @@ from rclpy.parameter import Parameter
 from ros_rops.core.config import Config, describe
 from ros_rops.core.errors import ParameterError
 from ros_rops.core.node_config import describe_node, NodeConfig
+from ros_rops.modelling.libraries import check_libraries
 from ros_rops.nodes.declaring import declare, given_values
 from ros_rops.pipeline.parameters import configs_of
 
 Configs = tuple[Config, NodeConfig]
 
-LIVE = ('selection.', 'segmentation.')
+LIVE = ('selection.', 'segmentation.', 'model.')
 """What stands behind these may change while the node is configured."""
 LIVE_NAMES = frozenset({'publish.tf_rate_hz', 'publish.skipped'})
 AT_START = 'autostart'
@@ -74,7 +75,7 @@ class Settings:
         return SetParametersResult(successful=True)
 
     def _judge(self, given: dict[str, object]) -> None:
-        configs_of(given)
+        check_libraries(configs_of(given)[0].model)
         for name in given:
             if self._fixed and not _live(name) and given[name] != self._value(name):
                 raise ParameterError(
@@ -98,5 +99,6 @@ def _declare(node: Node) -> frozenset[str]:
     """Declare all parameters with the values that the node was started with, if it was."""
     infos = list(chain(describe_node(), describe()))
     engine, own = configs_of(given_values(node, infos))
+    check_libraries(engine.model)
     declare(node, infos, {**own.to_flat(), **engine.to_flat()}, read_only=(AT_START,))
     return frozenset(info.name for info in infos)

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from ros_rops.core.errors import ParameterError
+from ros_rops.core.groups_model import FORMATS
 from ros_rops.core.types import Bytes
 from ros_rops.modelling.products import SurfaceMesh
 
@@ -27,23 +28,6 @@ CHUNK = 50_000
 # glTF 2.0, 3.6.2.2 and 3.7.2.1.
 FLOAT, UNSIGNED_SHORT, UNSIGNED_INT = 5126, 5123, 5125
 VERTICES, INDICES = 34962, 34963
-
-
-def formats_of(text: str) -> tuple[str, ...]:
-    """
-    Return the formats in a list with commas, each once.
-
-    Raises
-    ------
-    ParameterError
-        If one is none of ply, stl, obj, glb.
-    """
-    found = tuple(dict.fromkeys(
-        word.strip().lower() for word in text.split(',') if word.strip()))
-    for word in found:
-        if word not in WRITERS:
-            raise ParameterError(f'model.formats: {word!r} is none of {", ".join(WRITERS)}')
-    return found
 
 
 def write_surface(path: Path, surface: SurfaceMesh, *, units: str, about: str = '') -> None:
@@ -67,9 +51,9 @@ def write_surface(path: Path, surface: SurfaceMesh, *, units: str, about: str = 
     ParameterError
         If the suffix is another.
     """
-    kind, = formats_of(path.suffix.removeprefix('.')) or ('',)
-    if not kind:
-        raise ParameterError(f'path: {str(path)!r} has no suffix that says its format')
+    kind = path.suffix.removeprefix('.').lower()
+    if kind not in WRITERS:
+        raise ParameterError(f'path: {str(path)!r} does not end in .{", .".join(FORMATS)}')
     path.write_bytes(WRITERS[kind](surface, units, ' '.join(about.split())))
 
 
@@ -229,5 +213,5 @@ def _said(units: str, about: str) -> tuple[str, ...]:
     return (f'units: {units}', *([about] if about else ()))
 
 
-WRITERS: Mapping[str, Callable[[SurfaceMesh, str, str], bytes]] = {
-    'ply': _ply, 'stl': _stl, 'obj': _obj, 'glb': _glb}
+WRITERS: Mapping[str, Callable[[SurfaceMesh, str, str], bytes]] = dict(
+    zip(FORMATS, (_ply, _stl, _obj, _glb), strict=True))

@@ -19,11 +19,11 @@ from typing import Any
 import numpy as np
 from ros_rops.core.config import Config
 from ros_rops.core.errors import RopsError
+from ros_rops.core.groups_model import formats_of
 from ros_rops.core.types import Floats, RangeView
 from ros_rops.modelling.model import build_model, Model
 from ros_rops.modelling.posed import pose_views
 from ros_rops.reporting.json_file import write_json
-from ros_rops.reporting.mesh_files import formats_of
 from ros_rops.reporting.model_files import files_of, write_model
 from ros_rops.reporting.poses import plain
 
@@ -98,12 +98,9 @@ def make_models(
 
     Raises
     ------
-    ParameterError
-        If `model.formats` has an unknown one.
     OSError
         If `quality.json` cannot be written.
     """
-    formats_of(task.config.model.formats)
     scratch = folder / SCRATCH
     shutil.rmtree(scratch, ignore_errors=True)  # of a process that was killed
     workshop = _Workshop(folder, scratch, task, say or _nothing)
@@ -114,6 +111,11 @@ def make_models(
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
     return workshop.finish(only)
+
+
+def modelled_objects(folder: Path) -> frozenset[int]:
+    """Return the objects of a run whose models were made of its poses, as `quality.json` says."""
+    return frozenset(_earlier(folder))
 
 
 class _Workshop:

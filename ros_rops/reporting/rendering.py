@@ -6,14 +6,21 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 from ros_rops.core.types import Bytes, Floats
 from ros_rops.reporting.picture import principal_frame, SIDES
 from ros_rops.reporting.shown import Shown
 
 PIXELS = 620
 """Width and height of one side."""
-MOST_SAMPLES = 12
-"""Along an edge of a face, in pixels; larger ones are cut."""
+DPI = 130
+MOST_CELLS = 500_000
+"""Pixels that are looked at at once: the faces between them share the memory."""
+WITHIN = 1e-9
+"""A pixel on the edge of two faces belongs to both: none stays white."""
+Longs = NDArray[np.int64]
+Cover = tuple[Longs, Floats, Floats]
+"""Pixels (N,), how near what covers them is (N,), and its colours (N, 3)."""
 
 
 def draw_shown(path: Path, shown: Shown, title: str) -> None:
@@ -28,17 +35,19 @@ def draw_shown(path: Path, shown: Shown, title: str) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(14.0, 5.2), layout='constrained')
+    side, top = PIXELS / DPI, 0.6
+    figure = Figure(figsize=(3 * side, side + top))
     FigureCanvasAgg(figure)
     figure.suptitle(title, fontsize=10)
     x, y, z = principal_frame(shown.points)
     # Right-handed all three: a mirrored picture would be a lie.
     sides = ([x, y, z], [-z, y, x], [x, -z, y])
-    for axis, name, rows in zip(figure.subplots(1, 3), SIDES, sides, strict=True):
+    for k, (name, rows) in enumerate(zip(SIDES, sides, strict=True)):
+        axis = figure.add_axes((k / 3.0, 0.0, 1.0 / 3.0, side / (side + top)))
         axis.imshow(render(shown, np.array(rows)))
         axis.set_title(name, fontsize=8)
         axis.set_axis_off()
-    figure.savefig(path, dpi=130, format='png')
+    figure.savefig(path, dpi=DPI, format='png')
 
 
 def render(shown: Shown, frame: Floats, pixels: int = PIXELS) -> Bytes:
@@ -67,65 +76,58 @@ def render(shown: Shown, frame: Floats, pixels: int = PIXELS) -> Bytes:
     color = shown.colors * shade[:, None]
     depth = np.full(pixels * pixels, -np.inf)
     image = np.full((pixels * pixels, 3), 255.0)
-    for points, colors in _samples(shown, place, color, pixels):
-        _splat(points, colors, depth, image, pixels)
-    return image.reshape(pixels, pixels, 3)[::-1].astype(np.uint8)
+    cover = _points(place, color, pixels) if shown.faces is None else (
+        _faces(place[shown.faces], color[shown.faces], pixels))
+    for cell, near, colors in cover:
+        _paint(cell, near, colors, depth, image)
+    return np.rint(image.reshape(pixels, pixels, 3)[::-1]).astype(np.uint8)
 
 
-def _samples(
-    shown: Shown, place: Floats, color: Floats, pixels: int
-) -> Iterator[tuple[Floats, Floats]]:
-    """Yield points so near to each other that no pixel between them stays white."""
-    if shown.faces is None:
-        # As if they lay evenly on half of the picture.
-        side = int(np.clip(np.sqrt(0.5 / len(place)) * pixels * 1.5, 2, 8))
-        for x, y in np.ndindex(side, side):
-            yield place + np.array((x, y, 0.0)), color
-        return
-    corners, colors = place[shown.faces], color[shown.faces]
-    longest = _longest(corners)
-    while longest.max() > MOST_SAMPLES:
-        far = longest > MOST_SAMPLES
-        corners = np.concatenate([corners[~far], _quartered(corners[far])])
-        colors = np.concatenate([colors[~far], _quartered(colors[far])])
-        longest = _longest(corners)
-    steps = np.maximum(np.ceil(longest * 1.1), 1).astype(int)
-    for step in np.unique(steps):
-        own = steps == step
-        for a in range(step + 1):
-            for b in range(step + 1 - a):
-                share = np.array([a, b, step - a - b]) / step
-                yield (np.einsum('k,fkd->fd', share, corners[own]),
-                       np.einsum('k,fkd->fd', share, colors[own]))
+def _points(place: Floats, color: Floats, pixels: int) -> Iterator[Cover]:
+    """Yield the pixels of points, each a square, as if they lay evenly on half of the picture."""
+    side = int(np.clip(np.sqrt(0.5 / len(place)) * pixels * 1.5, 2, 8))
+    corner = np.floor(place[:, :2]).astype(np.int64)
+    for offset in np.ndindex(side, side):
+        column, row = (corner + offset).T
+        inside = (column >= 0) & (column < pixels) & (row >= 0) & (row < pixels)
+        yield (row * pixels + column)[inside], place[inside, 2], color[inside]
 
 
-def _longest(corners: Floats) -> Floats:
-    """Return the longest edge of each triangle (F, 3, 3), as it is seen."""
-    flat = corners[..., :2]
-    longest: Floats = np.linalg.norm(flat - np.roll(flat, 1, axis=1), axis=2).max(axis=1)
-    return longest
+def _faces(corners: Floats, colors: Floats, pixels: int) -> Iterator[Cover]:
+    """Yield the pixels whose middles lie in triangles (F, 3, 3), linear in between."""
+    # Pixel k reaches from k to k + 1.
+    low = np.clip(np.ceil(corners[..., :2].min(axis=1) - 0.5 - WITHIN), 0, pixels).astype(int)
+    high = np.clip(np.floor(corners[..., :2].max(axis=1) - 0.5 + WITHIN), -1, pixels - 1)
+    size = np.maximum(high.astype(int) - low + 1, 0)
+    cells = size.prod(axis=1)
+    a, b, c = (corners[:, k, :2] for k in range(3))
+    area = _cross(b - a, c - a)
+    seen = np.flatnonzero((cells > 0) & (area != 0.0))
+    batch = np.cumsum(cells[seen]) // MOST_CELLS
+    for part in np.split(seen, np.flatnonzero(np.diff(batch)) + 1):
+        face = np.repeat(part, cells[part])
+        step = np.arange(len(face)) - np.repeat(
+            np.cumsum(cells[part]) - cells[part], cells[part])
+        row, column = np.divmod(step, size[face, 0])
+        row, column = row + low[face, 1], column + low[face, 0]
+        middle = np.stack([column, row], axis=1) + 0.5
+        first = _cross(c[face] - b[face], middle - b[face]) / area[face]
+        second = _cross(a[face] - c[face], middle - c[face]) / area[face]
+        share = np.stack([first, second, 1.0 - first - second], axis=1)
+        hit = (share >= -WITHIN).all(axis=1)
+        face, share = face[hit], share[hit]
+        yield ((row * pixels + column)[hit], np.einsum('nk,nk->n', share, corners[face, :, 2]),
+               np.einsum('nk,nkd->nd', share, colors[face]))
 
 
-def _quartered(corners: Floats) -> Floats:
-    """Return triangles (F, 3, 3) cut into four each."""
-    between = (corners + np.roll(corners, -1, axis=1)) / 2.0
-    outer = [np.stack([corners[:, k], between[:, k], between[:, k - 1]], axis=1)
-             for k in range(3)]
-    return np.concatenate([between, *outer])
+def _cross(a: Floats, b: Floats) -> Floats:
+    found: Floats = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    return found
 
 
-def _splat(
-    points: Floats, colors: Floats, depth: Floats, image: Floats, pixels: int
-) -> None:
-    """Draw points into an image where nothing nearer is."""
-    column, row = np.floor(points[:, :2]).astype(int).T
-    inside = (column >= 0) & (column < pixels) & (row >= 0) & (row < pixels)
-    cell, near = (row * pixels + column)[inside], points[inside, 2]
-    order = np.argsort(near, kind='stable')
-    cell, near, shades = cell[order], near[order], colors[inside][order]
-    # Of several in a pixel the last one written stays: the nearest.
-    front = np.full(len(depth), -1, np.int64)
-    front[cell] = np.arange(len(cell))
-    hit = np.flatnonzero(front >= 0)
-    hit = hit[near[front[hit]] > depth[hit]]
-    depth[hit], image[hit] = near[front[hit]], shades[front[hit]]
+def _paint(cell: Longs, near: Floats, colors: Floats, depth: Floats, image: Floats) -> None:
+    """Paint pixels where nothing nearer is."""
+    before = depth[cell]
+    np.maximum.at(depth, cell, near)
+    front = (near == depth[cell]) & (near > before)
+    image[cell[front]] = colors[front]

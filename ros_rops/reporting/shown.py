@@ -12,7 +12,6 @@ from ros_rops.recordings.cloud import FormatError
 from ros_rops.recordings.files import read_bytes
 from ros_rops.recordings.ply import parse_mesh, parse_vertices
 from ros_rops.reporting.picture import PALETTE
-from scipy.spatial import cKDTree
 
 PLAIN = (205, 205, 200)
 
@@ -87,6 +86,8 @@ def read_shown(folder: Path, object_id: int, color: str) -> Shown:
 
 def _by_view(path: Path, points: Floats) -> Bytes:
     """Return the colour of the view that saw the nearest point of the cloud."""
+    from scipy.spatial import cKDTree
+
     columns = _columns(path)
     if 'view_id' not in columns:
         raise InputError(f'{path}: does not say which view saw a point')

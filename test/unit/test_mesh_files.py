@@ -7,10 +7,12 @@ import struct
 
 import numpy as np
 import pytest
+from ros_rops.core.config import Config
 from ros_rops.core.errors import ParameterError
+from ros_rops.core.groups_model import formats_of
 from ros_rops.modelling.products import SurfaceMesh
 from ros_rops.recordings.reader import read_mesh
-from ros_rops.reporting.mesh_files import formats_of, write_surface
+from ros_rops.reporting.mesh_files import write_surface
 from ros_rops.reporting.model_files import residual_colors
 
 SIZE = np.array([120.0, 80.0, 45.5])
@@ -133,7 +135,7 @@ def test_faces_where_nothing_was_seen_are_marked(tmp_path):
 def test_lists_of_formats():
     assert formats_of(' ply, STL,ply,') == ('ply', 'stl') and formats_of('') == ()
     with pytest.raises(ParameterError, match=r"model.formats: 'step' is none of ply, stl"):
-        formats_of('ply,step')
+        Config.from_flat({'model.formats': 'ply,step'})
 
 
 @pytest.mark.parametrize('name', ['box', 'box.txt'])

@@ -134,6 +134,37 @@ def test_a_run_without_objects_has_nothing_to_model_or_view(run, capsys):
     assert main(['report', str(run)]) == 0
 
 
+def test_resume_makes_what_a_run_lacks_that_was_killed_after_its_poses(run, modelled, capsys):
+    def files(folder):
+        return {path.name: path.read_bytes() for path in folder.iterdir()
+                if path.suffix == '.ply' or path.name in ('poses.json', 'quality.json')}
+
+    (run / '.models').mkdir()
+    (run / '.models' / 'object_0.ply').write_bytes(b'ply')
+    assert main(['resume', str(run)]) == 0
+    assert files(run) == files(modelled) and not (run / '.models').exists()
+    assert (run / 'report.html').exists()
+    # As if it had ended between the first object and the second.
+    content = json.loads((run / 'quality.json').read_text())
+    (run / 'quality.json').write_text(
+        json.dumps({**content, 'objects': content['objects'][:1]}))
+    (run / 'object_1_surface.ply').unlink()
+    (run / 'report.html').unlink()
+    assert main(['resume', str(run)]) == 0
+    assert files(run) == files(modelled) and (run / 'report.html').exists()
+    capsys.readouterr()
+    assert main(['resume', str(run)]) == 0
+    assert 'there is nothing to go on with' in capsys.readouterr().out
+
+
+def test_resume_says_why_models_that_are_missing_cannot_be_made(tmp_path, capsys):
+    make_run(tmp_path / 'run', journal=False)
+    (tmp_path / 'run_in' / 'v1_0.ply').unlink()
+    assert main(['resume', str(tmp_path / 'run')]) == 0
+    assert 'v1_0.ply: is gone since the run' in capsys.readouterr().err
+    assert (tmp_path / 'run' / 'report.html').exists()
+
+
 def test_a_part_of_the_input_that_was_not_read_is_said(run, capsys):
     document = json.loads((run / 'poses.json').read_text())
     (run / 'poses.json').write_text(json.dumps({**document, 'complete': False}))
