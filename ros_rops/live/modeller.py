@@ -133,10 +133,12 @@ class Modeller:
     def _do(self, job: Job) -> None:
         began = time.monotonic()
         done, last = self._made(job)
+        self._board.modelling = ''  # before the outcome is said
         if done is not None:
-            self._board.last_save = (
-                f'{job.said}; {_outcome(job, done)} in {time.monotonic() - began:.1f} s'
-                + (f': {job.folder / REPORT}' if (job.folder / REPORT).exists() else ''))
+            if done:
+                self._board.fail(f'models of {job.folder}: {"; ".join(done)}')
+            seconds = f'{time.monotonic() - began:.1f} s'
+            self._board.last_save = f'{job.said}; {_outcome(job, bool(done), seconds)}'
         elif self._closed:
             self._say_given_up(job, 'the station ends')
         elif not self._withdrawn:
@@ -201,10 +203,13 @@ class Modeller:
             f'{job.said}; the models are not made ({why}): `rops model {job.folder}` makes them')
 
 
-def _outcome(job: Job, notes: list[str]) -> str:
+def _outcome(job: Job, parts_missing: bool, seconds: str) -> str:
     what = ' and '.join(
         name for name, wanted in (('models', job.models), ('report', job.report)) if wanted)
-    return f'{what} written' + (f' but: {"; ".join(notes)};' if notes else '')
+    if parts_missing:
+        return f'{what}: not all could be made in {seconds} (see the error)'
+    where = f': {job.folder / REPORT}' if job.report else ''
+    return f'{what} written in {seconds}{where}'
 
 
 def _word(line: bytes) -> dict[str, Any]:

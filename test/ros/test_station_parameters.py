@@ -36,10 +36,14 @@ def _dump(client: Client) -> str:
     return yaml.dump({NODE: {'ros__parameters': tree}}, default_flow_style=False)
 
 
+GIVEN = {'rops.radius_mr': 14.0, 'selection.stride': 7, 'output.models': False,
+         'output.report': False}
+
+
 @pytest.fixture(scope='module')
 def running(tmp_path_factory):
     folder = tmp_path_factory.mktemp('parameters')
-    with station(folder, {'rops.radius_mr': 14, 'selection.stride': 7}) as (process, client):
+    with station(folder, {**GIVEN, 'rops.radius_mr': 14}) as (process, client):
         yield process, client
 
 
@@ -49,7 +53,7 @@ def test_every_parameter_is_declared_with_its_default(running):
     names = names_of(client)
     assert infos.keys() <= set(names)
     for name, value in zip(infos, get_values(client, *infos), strict=True):
-        expected = {'rops.radius_mr': 14.0, 'selection.stride': 7}.get(name, infos[name].default)
+        expected = GIVEN.get(name, infos[name].default)
         if name != 'output.folder':
             assert value == expected and type(value) is type(infos[name].default), name
 
@@ -95,6 +99,7 @@ def test_live_parameters_change_while_active(running):
         client, selection__method='stride', segmentation__far_m=1.5,
         publish__tf_rate_hz=5.0) == [(True, '')] * 3
     assert get_values(client, 'selection.method', 'segmentation.far_m') == ['stride', 1.5]
+    assert set_values(client, model__voxel_mr=2.0, model__formats='ply, glb') == [(True, '')] * 2
     assert client.ask('save')[0]
 
 
@@ -109,6 +114,8 @@ def test_what_cannot_be_is_refused_and_stays(running):
     assert 'sometimes' in results[0][1] and 'request' in results[0][1]
     assert 'segmentation.far_m' in results[1][1]
     assert get_values(client, *names) == before
+    assert set_values(client, model__formats='ply,step') == [
+        (False, "model.formats: 'step' is none of ply, stl, obj, glb")]
 
 
 def test_fixed_parameters_say_what_to_do(running):

@@ -11,11 +11,13 @@ import time
 import pytest
 from reference.live import cloud, Heard, offer_all, PATIENCE, PLAIN, small, station
 from reference.model_runs import make_run
+from ros_rops.core.config import Config
 from ros_rops.core.errors import InputError
 from ros_rops.intake.lock import locked
 from ros_rops.live import modeller as module
 from ros_rops.live.board import Board
 from ros_rops.live.modeller import Job, Modeller
+from ros_rops.pipeline.parameters import load_config
 from ros_rops.reporting.models import make_models
 
 ENDLESS = 'import sys, time; sys.stdin.buffer.read(100); time.sleep(600)'
@@ -72,6 +74,7 @@ def test_models_are_those_of_this_process(run, tmp_path):
         made.put(_job(folder, task))
         _wait(lambda: board.last_save)
         assert board.last_save.startswith(f'saved to {folder}; models and report written in ')
+        assert board.last_save.endswith(f' s: {folder}/report.html')
         assert board.errors == 0
     make_run(tmp_path / 'here')
     make_models(tmp_path / 'here', task)
@@ -143,7 +146,8 @@ def test_what_cannot_be_made_is_told(run):
     with modelling() as (made, board):
         made.put(_job(folder, task, report=False))
         _wait(lambda: board.last_save)
-        assert 'written but: object 0: not made: ' in board.last_save and board.errors == 0
+        assert '; models: not all could be made in ' in board.last_save
+        assert board.errors == 1 and ': object 0: not made: ' in board.last_error
 
 
 def test_a_folder_is_held_until_its_models_are_made(run, endless):
@@ -166,6 +170,7 @@ def test_a_station_that_saves_has_models_made(tmp_path):
     wanted = {'output__models': True, 'output__report': True}
     with station(tmp_path, heard, PLAIN, **wanted) as made:
         offer_all(made, heard, [small(0), small(1)])
+        made.reconfigure(Config.from_flat({**PLAIN, 'model.voxel_mr': 2.5}))
         assert made.save().success
         _wait(lambda: 'models and report written' in made.state().last_save)
         assert made.state().modelling == '' and made.state().errors == 0
@@ -174,5 +179,6 @@ def test_a_station_that_saves_has_models_made(tmp_path):
         made.reset()
         offer_all(made, heard, [cloud([[0, 0, 1]], 1)])
     assert (folder / 'report.html').exists()
+    assert load_config(folder / 'config.yaml').model.voxel_mr == 2.5
     content = json.loads((tmp_path / 'run_0002' / 'run.json').read_text())
     assert content['models'] is True and content['report'] is True
