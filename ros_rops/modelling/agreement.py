@@ -14,6 +14,8 @@ SAMPLES = 400
 """Points of each view that the others are asked about."""
 WIDEST_MR = 8.0
 """Surfaces farther apart are not the same one."""
+FACING = 0.3
+"""Least cosine between a point's normal and the direction to a sensor that should have seen it."""
 _MAD = 1.4826
 
 
@@ -45,18 +47,27 @@ def spread_of(views: Sequence[PosedView], resolution: float, threads: int = 0) -
     samples = [_some(view) for view in views]
     gaps = []
     for number, view in enumerate(views):
-        others = [points for other, points in enumerate(samples) if other != number]
+        others = [some for other, some in enumerate(samples) if other != number]
         if not others:
             break
-        look = sight_of(view).look(np.concatenate(others), reach=reach, threads=threads)
+        points = _facing(view, *(np.concatenate(part) for part in zip(*others, strict=True)))
+        look = sight_of(view).look(points, reach=reach, threads=threads)
         across = np.abs(look.distance) * look.cosine
         gaps.append(across[across < reach])
     found = np.concatenate(gaps) if gaps else np.zeros(0)
     return float(_MAD / np.sqrt(2.0) * np.median(found)) if len(found) else 0.0
 
 
-def _some(view: PosedView) -> Floats:
-    """Return points of the view spread evenly over its order, all on a face."""
+def _some(view: PosedView) -> tuple[Floats, Floats]:
+    """Return points of the view spread evenly over its order, all on a face, and normals."""
     faced = np.flatnonzero(view.weights > 0)
-    some = view.view.points[faced[::max(len(faced) // SAMPLES, 1)]]
-    return move(view.T_object_view, some)
+    some = faced[::max(len(faced) // SAMPLES, 1)]
+    return move(view.T_object_view, view.view.points[some]), view.normals[some]
+
+
+def _facing(view: PosedView, points: Floats, normals: Floats) -> Floats:
+    """Return the points that face the view's sensor: of a wall's back it saw the front, if any."""
+    turn, shift = view.T_object_view[:3, :3], view.T_object_view[:3, 3]
+    rays = view.view.sensor.to_sensor((points - shift) @ turn) @ turn.T
+    facing: Floats = points[np.einsum('ij,ij->i', normals, rays) > FACING]
+    return facing

@@ -15,6 +15,7 @@ import numpy as np
 from ros_rops.core.config import ModelConfig
 from ros_rops.core.types import Bools, Ints
 from ros_rops.kernels.consensus import agree, Agreed, heaviest, Reach, Samples, spread
+from ros_rops.modelling.exposure import exposures
 from ros_rops.modelling.gathering import every_point, noise_of, piece_sizes_of, samples_of
 from ros_rops.modelling.posed import PosedView
 from ros_rops.modelling.products import Fact, ModelCloud
@@ -69,7 +70,7 @@ def assemble_cloud(
     witnesses = [Witness(view) for view in views]
     wrong = wrong_views(views, witnesses, tolerance, threads=threads)
     right = [k for k in range(len(views)) if k not in wrong]
-    samples = samples_of(views, right)
+    samples = samples_of(views, right, exposures(views, resolution))
     if noise > NOISY_MR * resolution:
         samples = _smoothed(samples, reach, threads)
     targets, agreed = _merged(samples, config.cloud_mr * resolution, reach, threads)

@@ -5,7 +5,7 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from ros_rops.core.types import Bools, Bytes, Ints
+from ros_rops.core.types import Bools, Bytes, Floats, Ints
 from ros_rops.kernels.consensus import dents, piece_sizes, Samples
 from ros_rops.modelling.posed import PosedView
 
@@ -22,14 +22,16 @@ def surface_points(view: PosedView) -> Bools:
     return on
 
 
-def samples_of(views: Sequence[PosedView], chosen: Sequence[int]) -> Samples:
+def samples_of(
+    views: Sequence[PosedView], chosen: Sequence[int], gains: Floats | None = None
+) -> Samples:
     """
     Return the points that lie on a surface, of the views with the places `chosen` in `views`.
 
-    `Samples.views` counts in `views`.
+    `Samples.views` counts in `views`; each view's colours are multiplied by its `gains` (V, 3).
     """
     picks = {k: surface_points(views[k]) for k in chosen}
-    return _samples(views, picks)
+    return _samples(views, picks, gains)
 
 
 def every_point(views: Sequence[PosedView]) -> tuple[Samples, Bools]:
@@ -47,10 +49,14 @@ def piece_sizes_of(views: Sequence[PosedView], chosen: Sequence[int]) -> Ints:
     return np.concatenate([np.zeros(0, np.int32), *sizes])
 
 
-def _samples(views: Sequence[PosedView], picks: Mapping[int, Bools]) -> Samples:
+def _samples(
+    views: Sequence[PosedView], picks: Mapping[int, Bools], gains: Floats | None = None
+) -> Samples:
     chosen = [(views[k], pick) for k, pick in picks.items()]
     coloured = any(view.view.colors is not None for view in views)
-    colors = [_colors(view)[pick] for view, pick in chosen] if coloured else []
+    colors = [
+        _colors(views[k], None if gains is None else gains[k])[pick]
+        for k, pick in picks.items()] if coloured else []
     return Samples(
         np.concatenate([np.zeros((0, 3)), *(view.points[pick] for view, pick in chosen)]),
         np.concatenate([
@@ -61,12 +67,13 @@ def _samples(views: Sequence[PosedView], picks: Mapping[int, Bools]) -> Samples:
         np.concatenate([np.zeros((0, 4), np.uint8), *colors]), len(views))
 
 
-def _colors(view: PosedView) -> Bytes:
+def _colors(view: PosedView, gain: Floats | None) -> Bytes:
     """Return red, green, blue and whether there is a colour, (N, 4); grey where there is none."""
     result = np.full((len(view.view.points), 4), GREY, np.uint8)
     result[:, 3] = 0
     if view.view.colors is not None:
-        result[:, :3] = view.view.colors
+        result[:, :3] = view.view.colors if gain is None else (
+            np.clip(np.rint(view.view.colors * gain), 0, 255))
         result[:, 3] = 255
     return result
 

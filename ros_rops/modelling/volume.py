@@ -99,11 +99,13 @@ def _meshed(
         np.zeros(len(surface.faces), dtype=bool) if distances is known
         else filled_faces(known, surface.vertices, surface.faces))
     vertices = grid.origin + grid.voxel * surface.vertices
+    normals = frozen(vertex_normals(vertices, surface.faces), np.float32)
     mesh = cleaned(SurfaceMesh(
         vertices=frozen(vertices, np.float64),
         faces=frozen(surface.faces, np.int32),
-        normals=frozen(vertex_normals(vertices, surface.faces), np.float32),
-        colors=tinted(vertices, views, grid.band, threads),
+        normals=normals,
+        colors=tinted(vertices, normals, views, resolution=resolution,
+                      far=max(grid.voxel, BAND_SPREADS * grid.spread), threads=threads),
         filled=frozen(filled, np.bool_),
         facts=grid.facts(),
     ), resolution=resolution)
