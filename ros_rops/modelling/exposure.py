@@ -60,36 +60,33 @@ def _shown(views: Sequence[PosedView], side: float) -> tuple[Indices, Indices, F
 
     NaN where a point of them is blind or dazzled.
     """
-    picks = [view.weights > 0 for view in views]
-    points = np.concatenate([v.points[on] for v, on in zip(views, picks, strict=True)])
-    normals = np.concatenate([v.normals[on] for v, on in zip(views, picks, strict=True)])
-    colors = np.concatenate([
-        np.asarray(v.view.colors)[on] for v, on in zip(views, picks, strict=True)])
-    owners = np.repeat(np.arange(len(views)), [int(on.sum()) for on in picks])
-    cells = _numbers(np.column_stack([np.floor(points / side), _ways(normals)]).astype(np.int64))
-    both, place = np.unique(cells * len(views) + owners, return_inverse=True)
-    count = np.bincount(place)
+    cells, logs = zip(*(_shown_by(view, side) for view in views), strict=True)
+    owners = np.repeat(np.arange(len(views)), [len(own) for own in cells])
+    numbers = np.unique(np.concatenate(cells), return_inverse=True)[1]
+    return numbers, owners, np.concatenate(logs)
+
+
+def _shown_by(view: PosedView, side: float) -> tuple[Indices, Floats]:
+    """Return the cells that a view shows, and the mean logarithm of their colours."""
+    on = view.weights > 0
+    cells, place = np.unique(
+        _numbers(view.points[on], view.normals[on], side), return_inverse=True)
+    colors = np.asarray(view.view.colors)[on]
     fair = (colors >= DARKEST) & (colors <= BRIGHTEST)
     logs = np.where(fair, np.log(np.maximum(colors, 1)), np.nan)
-    mean = np.stack([np.bincount(place, logs[:, a]) / count for a in range(3)], axis=1)
-    return both // len(views), both % len(views), mean
+    count = np.bincount(place, minlength=len(cells))
+    return cells, np.stack([
+        np.bincount(place, logs[:, a], len(cells)) / count for a in range(3)], axis=1)
 
 
-def _ways(normals: Floats) -> Indices:
-    """Return which of the six ways along the axes normals face most, (N,)."""
+def _numbers(points: Floats, normals: Floats, side: float) -> Indices:
+    """Return the number of each point's cell: 20 bits an axis and the way that it faces."""
+    most = 2**19
+    where = np.clip(np.floor(points / side), -most, most - 1).astype(np.int64) + most
     axis = np.argmax(np.abs(normals), axis=1)
-    ways: Indices = 2 * axis + (np.take_along_axis(normals, axis[:, None], 1)[:, 0] < 0)
-    return ways
-
-
-def _numbers(keys: Indices) -> Indices:
-    """Return the same number for equal rows, (N,)."""
-    keys = keys - keys.min(axis=0, initial=0)
-    numbers = np.zeros(len(keys), np.int64)
-    for column in keys.T:
-        numbers = numbers * (int(column.max(initial=0)) + 1) + column
-    result: Indices = np.unique(numbers, return_inverse=True)[1]
-    return result
+    way = 2 * axis + (np.take_along_axis(normals, axis[:, None], 1)[:, 0] < 0)
+    numbers: Indices = ((where[:, 0] << 43) | (where[:, 1] << 23) | (where[:, 2] << 3)) + way
+    return numbers
 
 
 def _solved(cells: Indices, owners: Indices, logs: Floats, count: int) -> Floats:
@@ -103,7 +100,8 @@ def _solved(cells: Indices, owners: Indices, logs: Floats, count: int) -> Floats
         rest = logs - gains[owners]
         away = np.abs(rest - _mean(cells, rest, trust))
         trust = OUTLIER / np.maximum(away, OUTLIER)
-    return gains - gains.mean()
+    centred: Floats = gains - gains.mean()
+    return centred
 
 
 def _shared(cells: Indices) -> Bools:
