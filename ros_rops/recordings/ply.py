@@ -109,18 +109,18 @@ def parse_mesh(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
     return points, triangles.astype(np.int32)
 
 
-def parse_vertices(data: bytes) -> dict[str, NDArray[Any]]:
+def parse_vertices(data: bytes, element: str = 'vertex') -> dict[str, NDArray[Any]]:
     """
-    Return all properties of the vertices that are no lists, (N,) each.
+    Return all properties of the vertices (or of another element) that are no lists, (N,) each.
 
     Raises
     ------
     FormatError
         As `parse`.
     """
-    vertices = _read_tables(data)[1].get('vertex')
+    vertices = _read_tables(data)[1].get(element)
     if vertices is None:
-        raise FormatError('has no element "vertex"')
+        raise FormatError(f'has no element "{element}"')
     return {name: c for name, c in vertices.items() if isinstance(c, np.ndarray)}
 
 

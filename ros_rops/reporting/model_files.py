@@ -6,20 +6,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
-from ros_rops.core.types import Bytes
 from ros_rops.modelling.model import Model
 from ros_rops.modelling.products import ModelCloud
 from ros_rops.reporting.mesh_files import ply_bytes, write_surface
+from ros_rops.reporting.residual_colours import reach_of, residual_colors
 
 MOST_RESIDUALS = 300_000
-GREY = (160, 160, 160)
-MAGENTA = (200, 0, 200)
-# From behind to in front of what the others saw: blue, light, red.
-SHADES = np.array([(33, 102, 172), (146, 197, 222), (240, 240, 240), (244, 165, 130),
-                   (178, 24, 43)], np.float64)
-REACH_MR = 1.0
-"""The residual that has the last colour, in mesh resolutions."""
 
 
 def write_model(folder: Path, model: Model, *, units: str, formats: tuple[str, ...]) -> list[str]:
@@ -50,37 +42,6 @@ def files_of(folder: Path, object_id: int) -> Iterator[Path]:
     """Yield the files of an object's model that are there, but for its cloud."""
     yield from sorted(folder.glob(f'object_{object_id}_surface.*'))
     yield from folder.glob(f'object_{object_id}_residuals.ply')
-
-
-def residual_colors(
-    residual: NDArray[np.float32], state: Bytes, resolution: float
-) -> Bytes:
-    """
-    Return the colours of residuals.
-
-    Parameters
-    ----------
-    residual : (N,) float32
-        Signed, positive in front of what the other views saw.
-    state : (N,) uint8
-        0: alone (grey). 2: contradicted (magenta).
-    resolution : float
-        dres; `REACH_MR` of it are the last colours, blue behind and red in front.
-
-    Returns
-    -------
-    (N, 3) uint8
-    """
-    known = np.isfinite(residual)
-    place = np.clip(np.where(known, residual, 0.0) / (REACH_MR * resolution), -1.0, 1.0)
-    at = (place + 1.0) / 2.0 * (len(SHADES) - 1)
-    below = np.minimum(at.astype(int), len(SHADES) - 2)
-    part = (at - below)[:, None]
-    colors = np.rint(SHADES[below] * (1.0 - part) + SHADES[below + 1] * part)
-    colors[~known | (state == 0)] = GREY
-    colors[state == 2] = MAGENTA
-    shades: Bytes = colors.astype(np.uint8)
-    return shades
 
 
 def _about(model: Model) -> str:
@@ -120,9 +81,9 @@ def _residuals(model: Model, units: str) -> bytes:
     values, states = np.concatenate(residual), np.concatenate(state)
     columns = dict(zip('xyz', np.concatenate(points).astype(np.float64).T, strict=True))
     columns |= {'view_id': np.concatenate(ids), 'residual': values, 'state': states}
-    colors = residual_colors(values, states, model.resolution)
+    reach = reach_of(values, states)
+    colors = residual_colors(values, states, reach)
     columns |= dict(zip(('red', 'green', 'blue'), colors.T, strict=True))
-    reach = REACH_MR * model.resolution
     return ply_bytes(columns, (
         f'units: {units}', 'residual: distance to what the other views saw, in front positive; '
         'state: 0 alone, 1 confirmed, 2 contradicted',

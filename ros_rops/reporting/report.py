@@ -30,7 +30,7 @@ from ros_rops.reporting.report_views import every_view, not_placed, views_table
 
 REPORT = 'report.html'
 ASSETS = Path(__file__).parent / 'assets'
-SCRIPTS = ('viewer.js', 'page.js')
+SCRIPTS = ('unpack.js', 'viewer.js', 'page.js')
 MEGA = 1_000_000
 MOST_OF_PICTURE = 0.3
 """Of the limit; a larger picture stays beside the report."""
@@ -87,7 +87,7 @@ def _page(files: RunFiles, picture: bytes, drawn: Sequence[dict[str, Any]]) -> s
     policy = ("default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src "
               + ' '.join(f"'sha256-{_digest(script)}'" for script in scripts))
     sections = [
-        head_section(files), _section('not-placed', 'Not placed', not_placed(files)),
+        head_section(files), _section('not-placed', _left_title(files), not_placed(files)),
         _section('objects', 'Objects', _objects(files, drawn)),
         _section('views', 'All views', views_table(files)),
         _section('stories', 'What happened to each view', every_view(files)),
@@ -108,6 +108,10 @@ def _page(files: RunFiles, picture: bytes, drawn: Sequence[dict[str, Any]]) -> s
         f'{(ASSETS / "report.css").read_text(encoding="utf-8")}</style></head>\n<body>\n<main>\n'
         + '\n'.join(sections) + '\n</main>\n' + data
         + ''.join(f'<script>{script}</script>\n' for script in scripts) + '</body></html>\n')
+
+
+def _left_title(files: RunFiles) -> str:
+    return 'Not placed, or left out of the model' if files.left_out else 'Not placed'
 
 
 def _digest(script: str) -> str:
@@ -135,7 +139,8 @@ def _page_data(files: RunFiles, drawn: Sequence[dict[str, Any]]) -> dict[str, An
         'resolution': files.poses.get('mesh_resolution'),
         'objects': [{
             'id': scene['id'], 'views': [
-                {'number': number, 'name': names[number], 'colour': hex_colour(k)}
+                {'number': number, 'name': names[number], 'short': files.shown[names[number]],
+                 'left': names[number] in files.left_out, 'colour': hex_colour(k)}
                 for k, number in enumerate(scene['views'])],
             'directions': _looks(files, scene['id'])} for scene in drawn]}
 

@@ -11,6 +11,7 @@ from typing import Any
 from ros_rops.core.config import Config
 from ros_rops.core.errors import InputError, ParameterError
 from ros_rops.pipeline.parameters import load_config
+from ros_rops.reporting.report_names import short_names
 
 Document = Mapping[str, Any]
 
@@ -64,6 +65,24 @@ class RunFiles:
         """Return each view's place in the run's order: the `view_id` of its points."""
         return {str(view['name']): number for number, view in enumerate(self.views)}
 
+    @property
+    def shown(self) -> Mapping[str, str]:
+        """Return each view's name as it is shown: long ones shortened."""
+        names = tuple(str(view['name']) for view in self.views)
+        return dict(zip(names, short_names(names), strict=True))
+
+    @property
+    def left_out(self) -> Mapping[str, str]:
+        """Return the views that have a place but are left out of their model, and why."""
+        found: dict[str, str] = {}
+        for item in items_of(self.quality, 'objects'):
+            flags = {str(view.get('name')): view.get('flags') for view in items_of(item, 'views')}
+            for name, why in _left_out(item):
+                said = flags.get(name)
+                listed = '; '.join(map(str, said)) if isinstance(said, list) else ''
+                found[name] = why or listed or 'what it saw contradicts what the others saw'
+        return {name: why for name, why in found.items() if name in self.numbers}
+
     def quality_of(self, object_id: int) -> Document:
         """Return what `quality.json` says of an object; empty if it says nothing."""
         return next((item for item in items_of(self.quality, 'objects')
@@ -102,6 +121,20 @@ def get(document: Any, *keys: str) -> Any:
             return None
         document = document.get(key)
     return document
+
+
+def _left_out(item: Document) -> list[tuple[str, str]]:
+    """Return the names of the views left out of an object's model, and why where it is told."""
+    told = item.get('left_out')
+    if told is None:
+        told = get(item, 'cloud', 'left_out')
+    if isinstance(told, str):
+        told = told.split(', ')
+    if not isinstance(told, list):
+        return []
+    return [
+        (str(one.get('name')), str(one.get('reason') or '')) if isinstance(one, Mapping)
+        else (str(one), '') for one in told]
 
 
 def _poses(path: Path) -> Document:

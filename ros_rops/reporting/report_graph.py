@@ -45,7 +45,8 @@ def graph(files: RunFiles, item: Document) -> str:
     residuals = sorted(edge.residual for edge in edges if edge.residual is not None)
     lines = ''.join(_line(edge, names, residuals, lengths) for edge in edges)
     places = [_place(k, len(names)) for k in range(len(names))]
-    named = len(names) <= MOST_NAMED and max(map(len, names)) <= LONGEST_LABEL
+    shown = [files.shown.get(name, name) for name in names]
+    named = len(names) <= MOST_NAMED and max(map(len, shown)) <= LONGEST_LABEL
     nodes = ''.join(
         _node(name, k, places[k], files.numbers.get(name, -1), named=named)
         for k, name in enumerate(names))

@@ -5,7 +5,8 @@
 from collections import Counter
 
 from ros_rops.reporting.report_files import get, items_of, RunFiles
-from ros_rops.reporting.report_html import figure, Lengths, percent, seconds, STATUSES, text
+from ros_rops.reporting.report_html import (
+    figure, Lengths, percent, seconds, STATUSES, text, unbroken)
 
 LINKS = (
     ('not-placed', 'Not placed'), ('objects', 'Objects'), ('views', 'All views'),
@@ -18,6 +19,8 @@ def head_section(files: RunFiles) -> str:
     counts = Counter(str(view['status']) for view in files.views)
     total, objects = len(files.views), len(files.poses['objects'])
     left = [f'{counts[status]} {status}' for status in STATUSES[1:] if counts[status]]
+    if files.left_out:
+        left.append(f'{len(files.left_out)} placed but left out of the model')
     verdict = (f'{counts["placed"]} of {_count(total, "view")} placed in '
                f'{_count(objects, "object")}' + (f'; {", ".join(left)}' if left else ''))
     said = ''
@@ -26,7 +29,8 @@ def head_section(files: RunFiles) -> str:
                  '</p>\n')
     for item in items_of(files.quality, 'objects'):
         if item.get('summary') and objects <= 6:
-            said += f'<p>Object {text(item.get("id"))}: {text(item["summary"])}</p>\n'
+            said += (f'<p>Object {text(item.get("id"))}: {text(unbroken(str(item["summary"])))}'
+                     '</p>\n')
     links = ''.join(f'<a href="#{name}">{text(title)}</a>' for name, title in LINKS)
     return (
         f'<header><h1>{text(files.folder.resolve().name)}</h1>\n'
@@ -38,7 +42,8 @@ def _tiles(files: RunFiles, counts: Counter[str]) -> str:
     lengths = Lengths(files.units)
     tiles = [
         ('placed', figure(counts['placed']), f'of {_count(len(files.views), "view")}'),
-        ('not placed', figure(len(files.views) - counts['placed']), ''),
+        ('not placed', figure(len(files.views) - counts['placed']),
+         f'{len(files.left_out)} more left out of the model' if files.left_out else ''),
         ('objects', figure(len(files.poses['objects'])), ''),
         ('mesh resolution', lengths.text(files.poses.get('mesh_resolution') or None),
          '1 mr' + (', units not known' if files.units == 'unknown' else ''))]

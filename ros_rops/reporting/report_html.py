@@ -7,10 +7,13 @@ from dataclasses import dataclass
 from html import escape
 import json
 import math
+import re
 from typing import Any
 
 STATUSES = ('placed', 'pending', 'ambiguous', 'refused')
 MM = {'m': 1000.0, 'mm': 1.0}
+LEFT_OUT = 'left out'
+"""Word on a view that has a place, but is in no model."""
 SHORT = 20
 """Letters that need no column of their own width."""
 
@@ -129,7 +132,7 @@ def table(
 def _cell(cell: Cell | str) -> str:
     if isinstance(cell, str):
         kind = ' class="words"' if len(cell) > SHORT else ''
-        return f'<td{kind}>{text(cell)}</td>'
+        return f'<td{kind}>{text(unbroken(cell))}</td>'
     if cell.key is None:
         return f'<td>{cell.html}</td>'
     key = '' if cell.key == math.inf else cell.key
@@ -138,14 +141,21 @@ def _cell(cell: Cell | str) -> str:
 
 def facts(items: Iterable[tuple[str, str]]) -> str:
     """Return a list of names and values (both text) in columns."""
-    rows = ''.join(f'<div><dt>{text(name)}</dt><dd>{text(value)}</dd></div>'
-                   for name, value in items)
+    rows = ''.join(
+        f'<div><dt>{text(name)}</dt><dd{" class=words" if len(value) > SHORT else ""}>'
+        f'{text(unbroken(value))}</dd></div>' for name, value in items)
     return f'<dl class="facts">{rows}</dl>\n'
+
+
+def unbroken(words: str) -> str:
+    """Return text that no line ends in a vector, or between a number and its unit."""
+    whole = re.sub(r'\([-\u2212\d.,e+ ]+\)', lambda found: found[0].replace(' ', '\xa0'), words)
+    return re.sub(r'(?<=\d) (?=(mm|m|mr|s|°|%)\b)', '\xa0', whole)
 
 
 def chip(status: str) -> str:
     """Return the word on a view, marked by colour and by sign."""
-    known = status if status in STATUSES else 'refused'
+    known = status if status in STATUSES else 'left' if status == LEFT_OUT else 'refused'
     return f'<span class="chip {known}">{text(status)}</span>'
 
 

@@ -9,8 +9,9 @@ from typing import Any
 from ros_rops.reporting.report_files import Document, get, items_of, RunFiles
 from ros_rops.reporting.report_graph import graph
 from ros_rops.reporting.report_html import (
-    Cell, facts, figure, Lengths, note, number_cell, percent, plain_facts, table, text)
-from ros_rops.reporting.report_scene import number_of
+    Cell, facts, figure, Lengths, note, number_cell, percent, plain_facts, table, text,
+    unbroken)
+from ros_rops.reporting.report_scene import number_of, turned
 from ros_rops.reporting.report_views import view_link
 
 SHOWN = {'surface': 'Surface', 'cloud': 'Points', 'residuals': 'Residual map'}
@@ -28,7 +29,7 @@ def object_article(files: RunFiles, item: Document, scene: Document) -> str:
     cards = [_card('Views', _views(files, item, quality, lengths)),
              _card('View graph', graph(files, item))]
     if quality:
-        cards += [_card('Loops', _loops(quality, lengths)),
+        cards += [_card('Loops', _loops(files, quality, lengths)),
                   _card('Coverage', _coverage(quality, lengths)),
                   _card('Surface', _made(quality, 'surface', lengths, scene)),
                   _card('Cloud', _made(quality, 'cloud', lengths, scene))]
@@ -47,13 +48,14 @@ def _summary(quality: Document, files: RunFiles) -> str:
     if not quality:
         return note('The quality of its registration is not known: quality.json '
                     + files.missing.get('quality.json', 'says nothing of this object') + '.')
-    out = f'<p class="summary">{text(quality["summary"])}</p>\n' if quality.get('summary') else ''
+    said = quality.get('summary')
+    out = f'<p class="summary">{text(unbroken(str(said)))}</p>\n' if said else ''
     notes = quality.get('notes')
     for one in notes if isinstance(notes, list) else ():
         out += note(str(one))
     worst = quality.get('worst_views')
     if isinstance(worst, list) and worst:
-        links = [view_link(files.numbers[str(name)], str(name)) if str(name) in files.numbers
+        links = [view_link(files, files.numbers[str(name)]) if str(name) in files.numbers
                  else text(name) for name in worst]
         out += f'<p class="warn">Views that stand out, the worst first: {", ".join(links)}.</p>\n'
     return out
@@ -64,17 +66,23 @@ def _views(files: RunFiles, item: Document, quality: Document, lengths: Lengths)
     numbers = files.numbers
     own = [(numbers.get(str(view['name']), -1), str(view['name'])) for view in item['views']]
     if not measured:
-        return '<p>' + ', '.join(view_link(*one) for one in own) + '</p>\n'
+        return '<p>' + ', '.join(_linked(files, *one) for one in own) + '</p>\n'
     head = ['#', 'view', f'median, {lengths.unit}', f'p90, {lengths.unit}', 'confirmed',
             'contradicted', 'alone', 'least constrained', 'noted']
-    rows = [_view_row(number, name, measured.get(name, {}), lengths) for number, name in own]
+    rows = [[number_cell(str(number), number), Cell(_linked(files, number, name), name),
+             *_view_row(measured.get(name, {}), lengths, left=name in files.left_out)]
+            for number, name in own]
     return table(
         head, rows, sortable=True, label=f'Views of object {item["id"]}',
         row_attributes=[f'data-row="{number}"' for number, _ in own])
 
 
-def _view_row(number: int, name: str, quality: Document, lengths: Lengths) -> list[Cell | str]:
-    row: list[Cell | str] = [number_cell(str(number), number), Cell(view_link(number, name), name)]
+def _linked(files: RunFiles, number: int, name: str) -> str:
+    return view_link(files, number) if number >= 0 else text(name)
+
+
+def _view_row(quality: Document, lengths: Lengths, *, left: bool) -> list[Cell | str]:
+    row: list[Cell | str] = []
     for key in ('median', 'p90'):
         value = get(quality, 'residual', key)
         row.append(number_cell(lengths.bare(value), value))
@@ -82,10 +90,11 @@ def _view_row(number: int, name: str, quality: Document, lengths: Lengths) -> li
         row.append(number_cell(percent(quality.get(key)), quality.get(key)))
     loose = quality.get('least_constrained')
     stiffness = number_of(get(loose, 'stiffness'))
-    row.append(Cell(f'<span class="words">{text(_loose(loose))}</span>',
+    row.append(Cell(f'<span class="words">{text(unbroken(_loose(loose)))}</span>',
                     math.inf if stiffness is None else stiffness))
     flags = quality.get('flags')
-    return [*row, '; '.join(map(str, flags)) if isinstance(flags, list) else '']
+    said = ['left out of the model'] if left else []
+    return [*row, '; '.join([*said, *map(str, flags if isinstance(flags, list) else ())])]
 
 
 def _loose(loose: Any) -> str:
@@ -97,7 +106,7 @@ def _loose(loose: Any) -> str:
     return f'{loose.get("kind", "")} (stiffness {figure(loose.get("stiffness"))})'
 
 
-def _loops(quality: Document, lengths: Lengths) -> str:
+def _loops(files: RunFiles, quality: Document, lengths: Lengths) -> str:
     loops = quality.get('loops')
     if not isinstance(loops, Mapping):
         return note('No loop of views is known that could show an error.')
@@ -107,7 +116,8 @@ def _loops(quality: Document, lengths: Lengths) -> str:
         items.append((f'{name} error', f'{figure(turn)}°, {lengths.text(shift)}'))
     worst = loops.get('worst')
     if isinstance(worst, Mapping) and isinstance(worst.get('views'), list):
-        items.append(('worst loop', ' → '.join(map(str, worst['views'])) + (
+        names = [files.shown.get(str(one), str(one)) for one in worst['views']]
+        items.append(('worst loop', ' → '.join(names) + (
             f': {figure(worst.get("rotation_deg"))}°, {lengths.text(worst.get("translation"))}')))
     return facts(items)
 
@@ -123,8 +133,7 @@ def _coverage(quality: Document, lengths: Lengths) -> str:
         ('holes', figure(coverage.get('holes')))]
     turntable = coverage.get('turntable')
     if isinstance(turntable, Mapping):
-        items.append(('next turntable angle', f'{figure(turntable.get("angle_deg"))}° shows '
-                      f'{percent(turntable.get("gain_share"))} of the unseen'))
+        items.append(('on the turntable', turned(turntable)))
     return facts(items) + _directions(items_of(coverage, 'directions'))
 
 
@@ -137,7 +146,7 @@ def _directions(directions: Sequence[Document]) -> str:
         shown = ', '.join(figure(v) for v in at) if isinstance(at, list) else '–'
         look = (f'<button type="button" data-look="{k}">look from there</button>'
                 if isinstance(at, list) else '')
-        rows.append([number_cell(str(k + 1), k), f'({shown})',
+        rows.append([number_cell(str(k + 1), k), Cell(f'<span class="n">({shown})</span>', shown),
                      number_cell(percent(one.get('gain_share')), one.get('gain_share')),
                      Cell(look)])
     return '<p>Where the sensor should stand next, from the object:</p>\n' + table(
@@ -176,6 +185,9 @@ def _shown(scene: Document) -> str:
             items.append((title, f'{get(scene, "missing", name) or "unknown"}'))
         elif 'triangles' in layer:
             items.append((title, _of(layer['triangles'], layer['of_triangles'], 'triangles')))
+            if layer['filled']:
+                items.append(('of them filled, striped',
+                              percent(layer['filled'] / max(layer['triangles'], 1))))
         else:
             items.append((title, _of(layer['count'], layer['of'], 'points')))
     return facts(items)

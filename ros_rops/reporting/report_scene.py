@@ -8,16 +8,20 @@ from typing import Any
 import numpy as np
 from ros_rops.core.types import Floats
 from ros_rops.reporting.report_files import Document, get, items_of, RunFiles
+from ros_rops.reporting.report_html import figure, percent
 from ros_rops.reporting.report_layers import (
-    FILES, Layer, Layers, read_layers, thinned, with_normals, with_residuals, with_views)
+    FACE, FILES, Layer, Layers, read_layers, thinned, with_normals, with_residuals, with_views)
 from ros_rops.reporting.report_pack import packed
 from ros_rops.reporting.report_thin import spacing
+from ros_rops.reporting.residual_colours import reach_of
 
 IN_BASE64 = 4 / 3
-CARRIED_OVER = 4
+CARRIED_OVER = 2
 """Bytes more a point, of what another layer lends it: its view, its residual or its normal."""
 FACES_EACH = 2.1
 """Triangles a vertex of a surface has, after clustering too."""
+ABOVE = 0.1
+"""Radii that the arrow ends above the surface."""
 REACH = 3.0
 """Spacings within which residuals are carried over."""
 
@@ -74,9 +78,14 @@ def _scene(files: RunFiles, item: Document, share: float) -> dict[str, Any]:
     origin, edge = _box(shown.values())
     middle, radius = _ball(next(iter(shown.values())).points)
     place = {number: k for k, number in enumerate(numbers)}
+    measured = layers.found.get('residuals')
+    quality = files.quality_of(object_id)
     return scene | {
         'origin': origin.tolist(), 'edge': edge, 'centre': middle.tolist(), 'radius': radius,
-        'arrow': _arrow(files.quality_of(object_id)),
+        'arrow': _arrow(quality, next(iter(shown.values())).points, middle, radius),
+        'turn': turned(get(quality, 'coverage', 'turntable')),
+        'reach': 1.0 if measured is None or measured.residuals is None
+        else reach_of(measured.residuals, measured.states),
         'layers': {name: packed(layer, origin, edge, place) for name, layer in shown.items()}}
 
 
@@ -92,7 +101,7 @@ def _thin(layers: Layers, share: float) -> dict[str, Layer]:
 def _bytes_each(layer: Layer) -> float:
     """Return how many bytes a point takes, its share of the faces included."""
     own = layer.bytes_each + CARRIED_OVER
-    return own if layer.faces is None else max(own, own + 9 * (
+    return own if layer.faces is None else max(own, own + FACE * (
         FACES_EACH - len(layer.faces) / max(len(layer.points), 1)))
 
 
@@ -139,13 +148,34 @@ def _seen_along_z(layers: Sequence[Layer], first: int) -> bool:
     return False
 
 
-def _arrow(quality: Document) -> dict[str, Any] | None:
-    """Return where to look from next, and how much that would show."""
+def _arrow(
+    quality: Document, points: Floats, middle: Floats, radius: float
+) -> dict[str, Any] | None:
+    """
+    Return where to look from next, and how much that would show.
+
+    The arrow ends at `tip` radii from the middle: a little above the object there.
+    """
     for item in items_of(quality, 'coverage', 'directions'):
         direction = unit_vector(item.get('direction'))
-        if direction is not None:
-            return {'direction': direction, 'gain': number_of(item.get('gain_share'))}
+        if direction is None:
+            continue
+        gain = number_of(item.get('gain_share'))
+        far = float(np.quantile((points - middle) @ np.array(direction), 0.998)) / radius
+        return {
+            'direction': direction, 'tip': min(max(far, 0.0), 1.0) + ABOVE,
+            'said': '' if gain is None else percent(gain)}
     return None
+
+
+def turned(turntable: Any) -> str:
+    """Return how to turn the turntable next, and what that shows; empty where it is not known."""
+    angle = number_of(get(turntable, 'angle_deg'))
+    if angle is None:
+        return ''
+    way = 'on' if angle >= 0 else 'back'
+    return (f'turn it {way} by {figure(abs(angle))}\xb0 from the last view: shows '
+            f'{percent(get(turntable, "gain_share"))} of the unseen')
 
 
 def unit_vector(value: Any) -> list[float] | None:

@@ -11,7 +11,8 @@ from ros_rops.reporting.report_objects import SHOWN
 COLOURS = {'plain': 'plain', 'view': 'view', 'residual': 'residual', 'rgb': 'as captured',
            'state': 'agreement'}
 HELP = ('Drag to turn, wheel or pinch to zoom, right button, Shift or two fingers to move; click '
-        'a point to read it. Keys: arrows turn, Shift with arrows moves, + and − zoom, 0 resets.')
+        'a point to read it. On a touch screen: start sideways to turn, up or down scrolls the '
+        'page. Keys: arrows turn, Shift with arrows moves, + and − zoom, 0 resets.')
 
 
 def stage(files: RunFiles, objects: Sequence[Document]) -> str:
@@ -27,6 +28,7 @@ def stage(files: RunFiles, objects: Sequence[Document]) -> str:
 down shows the objects from three sides.</p>
 <div id="readout" class="readout" role="status" aria-live="polite"></div>
 <div id="tag" class="tag" hidden></div>
+<img id="printed" alt="3D view">
 <div id="bar" class="scalebar" aria-hidden="true"><span></span></div>
 <div class="tools">
 {_button('reset', 'Reset the view', '⌂')}{_button('nearer', 'Zoom in', '+')}
@@ -38,6 +40,7 @@ down shows the objects from three sides.</p>
 <div id="legend" class="legend"></div></fieldset>
 <label class="check" id="arrow-box"><input type="checkbox" id="arrow" checked> next best
 direction</label>
+<p class="turn" id="turn" hidden></p>
 <fieldset class="list"><legend>Views</legend>
 <div class="all"><button type="button" id="all">all</button>
 <button type="button" id="none">none</button> <small id="list-note"></small></div>

@@ -58,7 +58,7 @@ def _spread(values: NDArray[np.uint64]) -> NDArray[np.uint64]:
 
 def cluster_vertices(
     vertices: Floats, faces: Ints, most: int
-) -> tuple[NDArray[np.int64], Ints, float]:
+) -> tuple[NDArray[np.int64], Ints, NDArray[np.int64], float]:
     """
     Decimate a surface by vertex clustering (Rossignac and Borrel 1993).
 
@@ -77,22 +77,28 @@ def cluster_vertices(
         New vertex of each vertex, 0 to the number of new vertices less one.
     faces : (G, 3) int32
         Of the new vertices, each triangle once.
+    kept : (G,) int64
+        The face that each of them was.
     cell : float
         Edge of the grid's cells; 0 if all vertices remain.
     """
     if len(vertices) <= most:
-        return np.arange(len(vertices)), faces, 0.0
+        return np.arange(len(vertices)), faces, np.arange(len(faces)), 0.0
     groups, cell = _fitting_grid(vertices, most)
     merged = groups[faces]
     whole = (
         (merged[:, 0] != merged[:, 1]) & (merged[:, 1] != merged[:, 2])
         & (merged[:, 2] != merged[:, 0]))
-    merged = merged[whole]
-    # The smallest corner first, the sense of rotation kept: equal triangles become equal rows.
-    first = merged.argmin(axis=1)
-    rows = np.arange(len(merged))[:, None]
-    merged = merged[rows, (first[:, None] + np.arange(3)) % 3]
-    return groups, np.unique(merged, axis=0).astype(np.int32), cell
+    kept, merged = np.flatnonzero(whole), merged[whole]
+    merged, once = np.unique(smallest_first(merged), axis=0, return_index=True)
+    return groups, merged.astype(np.int32), kept[once], cell
+
+
+def smallest_first(faces: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return triangles (F, 3) with their smallest corner first, their sense of rotation kept."""
+    first = faces.argmin(axis=1)
+    return faces[
+        np.arange(len(faces))[:, None], (first[:, None] + np.arange(3)) % 3]
 
 
 def _fitting_grid(vertices: Floats, most: int) -> tuple[NDArray[np.int64], float]:

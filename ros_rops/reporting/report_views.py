@@ -8,8 +8,9 @@ from typing import Any
 from ros_rops.reporting.explain import attempts_of, depth, lost
 from ros_rops.reporting.report_files import Document, get, items_of, RunFiles
 from ros_rops.reporting.report_html import (
-    Cell, chip, facts, figure, humanised, Lengths, note, number_cell, percent, STATUSES, table,
-    text)
+    Cell, chip, facts, figure, humanised, LEFT_OUT, Lengths, note, number_cell, percent, STATUSES,
+    table, text, unbroken)
+from ros_rops.reporting.report_scene import number_of
 
 MOST_ATTEMPTS = 8
 """That the report lists of a view; `rops explain` has the others."""
@@ -19,7 +20,7 @@ NO_NUMBERS = {'name', 'status', 'object', 'reason', 'centroid'}
 
 
 def not_placed(files: RunFiles) -> str:
-    """Return what comes first: the views that are in no model, and why."""
+    """Return what comes first: the views that are in no model, and why: those misplaced first."""
     order = {status: k for k, status in enumerate(reversed(STATUSES))}
     left = [
         (number, view) for number, view in enumerate(files.views) if view['status'] != 'placed']
@@ -28,12 +29,14 @@ def not_placed(files: RunFiles) -> str:
         frame for frame in items_of(files.frames, 'frames')
         if frame.get('word') in ('bad', 'empty') and frame.get('name') not in files.numbers]
     out = ''
-    if left:
+    words = [(files.numbers[name], LEFT_OUT, why) for name, why in files.left_out.items()]
+    words += [(number, str(view['status']), str(view.get('reason') or ''))
+              for number, view in left]
+    if words:
         rows: list[list[Cell | str]] = [
-            [number_cell(str(number), number), Cell(view_link(number, view['name'])),
-             Cell(chip(view['status'])), str(view.get('reason') or '')]
-            for number, view in left]
-        out += table(['#', 'view', 'status', 'why'], rows, label='Views not placed')
+            [number_cell(str(number), number), Cell(view_link(files, number)),
+             Cell(chip(word)), why] for number, word, why in words]
+        out += table(['#', 'view', 'status', 'why'], rows, label='Views not placed or left out')
     elif files.views:
         out += '<p class="good">Every view has found its place.</p>\n'
     else:
@@ -46,9 +49,12 @@ def not_placed(files: RunFiles) -> str:
     return out
 
 
-def view_link(number: int, name: str) -> str:
-    """Return a link to what happened to a view."""
-    return f'<a href="#view-{number}" data-view="{number}">{text(name)}</a>'
+def view_link(files: RunFiles, number: int) -> str:
+    """Return a link to what happened to a view: its name, whole where the pointer rests."""
+    name = str(files.views[number]['name'])
+    title = f' title="{text(name)}"' if files.shown[name] != name else ''
+    return (f'<a href="#view-{number}" data-view="{number}"{title}>'
+            f'{text(files.shown[name])}</a>')
 
 
 def views_table(files: RunFiles) -> str:
@@ -62,8 +68,7 @@ def views_table(files: RunFiles) -> str:
     if measured:
         head += ['points', f'residual median, {unit}', f'p90, {unit}', 'confirmed',
                  'contradicted', 'alone']
-    rows = [_row(number, view, lengths, files.poses.get('mesh_resolution'),
-                 measured.get(str(view['name']), {}), bool(measured))
+    rows = [_row(files, number, lengths, measured.get(str(view['name']), {}), bool(measured))
             for number, view in enumerate(files.views)]
     missing = '' if measured else note(
         'Residuals against the other views, and what these confirm, are not known: quality.json '
@@ -80,13 +85,15 @@ def measured_views(files: RunFiles) -> Mapping[str, Document]:
 
 
 def _row(
-    number: int, view: Document, lengths: Lengths, resolution: Any, quality: Document, wide: bool
+    files: RunFiles, number: int, lengths: Lengths, quality: Document, wide: bool
 ) -> list[Cell | str]:
+    view = files.views[number]
+    word = word_of(files, view)
     fit = view.get('fine_residual_mr', view.get('residual_mr'))
-    fit = None if fit is None or not resolution else float(fit) * float(resolution)
+    fit = _in_units(fit, files)
     row: list[Cell | str] = [
-        number_cell(str(number), number), Cell(view_link(number, view['name']), str(view['name'])),
-        Cell(chip(view['status']), str(view['status'])),
+        number_cell(str(number), number), Cell(view_link(files, number), str(view['name'])),
+        Cell(chip(word), word),
         number_cell(figure(view.get('object')), view.get('object')),
         number_cell(percent(view.get('overlap')), view.get('overlap')),
         number_cell(lengths.bare(fit), fit)]
@@ -101,6 +108,11 @@ def _row(
     flags = quality.get('flags')
     said = [str(view.get('reason') or ''), *(flags if isinstance(flags, list) else [])]
     return [*row, '; '.join(filter(None, map(str, said)))]
+
+
+def word_of(files: RunFiles, view: Document) -> str:
+    """Return the word on a view: its status, or that it is left out of the model."""
+    return LEFT_OUT if view['name'] in files.left_out else str(view['status'])
 
 
 def every_view(files: RunFiles) -> str:
@@ -131,18 +143,19 @@ def _story(
     files: RunFiles, number: int, view: Document, quality: Document,
     attempts: Sequence[Document], notes: Sequence[str],
 ) -> str:
-    is_open = ' open' if view['status'] != 'placed' else ''
+    word = word_of(files, view)
+    is_open = ' open' if word != 'placed' else ''
     where = '' if view.get('object') is None else f' in object {text(view["object"])}'
     body = ''.join(f'<p>{text(one)}</p>\n' for one in notes)
     body += _quality(quality, Lengths(files.units))
-    numbers = [(humanised(key), figure(value)) for key, value in view.items()
+    numbers = [_verdict(key, value, files) for key, value in view.items()
                if key not in NO_NUMBERS]
     if numbers:
         body += '<h4>Numbers of the verdict</h4>\n' + facts(numbers)
-    body += _attempts(view, attempts)
+    body += _attempts(files, view, attempts)
     return (
         f'<details class="view" id="view-{number}" data-view="{number}"{is_open}><summary>'
-        f'<span class="number">{number}</span> <b>{text(view["name"])}</b> {chip(view["status"])}'
+        f'<span class="number">{number}</span> <b>{text(view["name"])}</b> {chip(word)}'
         f'{where}<span class="why">{text(view.get("reason") or "")}</span></summary>\n'
         f'<div class="story">{body}</div></details>\n')
 
@@ -159,27 +172,48 @@ def _quality(quality: Document, lengths: Lengths) -> str:
                    for flag in (flags if isinstance(flags, list) else ()))
     loose = get(quality, 'least_constrained', 'text')
     if loose:
-        said += f'<p>Least constrained: {text(loose)}</p>\n'
+        said += f'<p>Least constrained: {text(unbroken(str(loose)))}</p>\n'
     return '<h4>Against the other views of the object</h4>\n' + said + facts(items)
 
 
-def _attempts(view: Document, attempts: Sequence[Document]) -> str:
+def _verdict(key: str, value: Any, files: RunFiles) -> tuple[str, str]:
+    """Return the name of a number and its text; lengths in mesh resolutions in mm too."""
+    if not key.endswith('_mr'):
+        return humanised(key), figure(value)
+    length = _in_units(value, files)
+    shown = f'{figure(value)} mr'
+    return humanised(key.removesuffix('_mr')), (
+        shown if length is None else f'{shown}, {Lengths(files.units).text(length)}')
+
+
+def _in_units(value: Any, files: RunFiles) -> float | None:
+    """Return a length given in mesh resolutions in the run's units; None if not known."""
+    length, resolution = number_of(value), number_of(files.poses.get('mesh_resolution'))
+    return None if length is None or not resolution else length * resolution
+
+
+def _attempts(files: RunFiles, view: Document, attempts: Sequence[Document]) -> str:
     if not attempts:
         return ''
     best = sorted(attempts, key=depth, reverse=True)
     rows: list[list[Cell | str]] = []
+    lengths = Lengths(files.units)
     for one in best[:MOST_ATTEMPTS]:
         own = 'source' if view['name'] in one['source_views'] else 'target'
         other = 'target' if own == 'source' else 'source'
         more = len(one[f'{other}_views']) - 1
-        against = one[other] + (f' (with {more} more)' if more else '')
+        against = files.shown.get(one[other], one[other])
+        against += f' (with {more} more)' if more else ''
         numbers = one['numbers']
-        rows.append([against, Cell(chip(one['status'])), lost(one),
-                     *(number_cell(figure(numbers.get(key)), numbers.get(key))
-                       for key in ('score', 'overlap', 'residual_mr'))])
+        residual = _in_units(numbers.get('residual_mr'), files)
+        rows.append([Cell(f'<span title="{text(one[other])}">{text(against)}</span>'),
+                     Cell(chip(one['status'])), lost(one),
+                     number_cell(figure(numbers.get('score')), numbers.get('score')),
+                     number_cell(percent(numbers.get('overlap')), numbers.get('overlap')),
+                     number_cell(lengths.bare(residual), residual)])
     rest = len(attempts) - len(rows)
     return (
         f'<h4>{len(attempts)} registration{"" if len(attempts) == 1 else "s"} tried'
         f'{f", the {len(rows)} that came furthest" if rest else ""}</h4>\n' + table(
-            ['against', 'status', 'outcome', 'score', 'overlap', 'residual, mr'], rows,
-            label=f'Registrations tried with {view["name"]}'))
+            ['against', 'status', 'outcome', 'score', 'overlap', f'residual, {lengths.unit}'],
+            rows, label=f'Registrations tried with {view["name"]}'))

@@ -13,7 +13,7 @@ from ros_rops.core.groups_model import formats_of
 from ros_rops.modelling.products import SurfaceMesh
 from ros_rops.recordings.reader import read_mesh
 from ros_rops.reporting.mesh_files import write_surface
-from ros_rops.reporting.model_files import residual_colors
+from ros_rops.reporting.residual_colours import reach_of, residual_colors
 
 SIZE = np.array([120.0, 80.0, 45.5])
 """Of the box, in mm."""
@@ -144,9 +144,17 @@ def test_a_suffix_that_is_no_format_is_refused(tmp_path, name):
         write_surface(tmp_path / name, _box(), units='mm')
 
 
+def test_scale_of_residuals_is_round_and_leaves_out_what_is_contradicted():
+    residual = np.append(np.linspace(-0.00026, 0.00026, 101), [0.5, np.nan]).astype(np.float32)
+    state = np.append(np.ones(101), [2, 0]).astype(np.uint8)
+    assert reach_of(residual, state) == 0.0003
+    assert reach_of(1000 * residual, state) == 0.3  # the same in mm
+    assert reach_of(np.array([np.nan], np.float32), None) == 1.0
+
+
 def test_residuals_are_blue_behind_and_red_in_front():
     residual = np.array([-9.0, 0.0, 9.0, np.nan, 0.1], np.float32)
     colors = residual_colors(residual, np.array([1, 1, 1, 0, 2], np.uint8), 2.0)
     behind, on, front, alone, against = colors.astype(int)
-    assert behind[2] > behind[0] + 50 and front[0] > front[2] + 50 and np.ptp(on) == 0
-    assert np.ptp(alone) == 0 and tuple(alone) != tuple(on) and against[1] == 0
+    assert behind[2] > behind[0] + 50 and front[0] > front[2] + 50 and on.min() > 180
+    assert np.ptp(alone) < 10 and tuple(alone) != tuple(on) and against[1] == 0

@@ -11,6 +11,7 @@ from html.parser import HTMLParser
 import json
 import re
 import shutil
+import zlib
 
 import numpy as np
 import pytest
@@ -51,6 +52,14 @@ def _data(page: str, name: str) -> dict:
 
 def _words(page: str) -> str:
     return re.sub(r'<[^>]+>', ' ', re.sub(r'(?s)<(script|style)\b.*?</\1>', '', page))
+
+
+def _unpacked(content: str, dtype: str, columns: int = 1, *, steps: bool = False) -> np.ndarray:
+    planes = np.frombuffer(zlib.decompress(b64decode(content), wbits=-15), np.uint8)
+    planes = planes.reshape(columns * np.dtype(dtype).itemsize, -1)
+    values = np.ascontiguousarray(planes.T).view(dtype)
+    values = np.cumsum(values, axis=0, dtype=dtype) if steps else values
+    return values[:, 0] if columns == 1 else values
 
 
 @pytest.fixture
@@ -123,7 +132,7 @@ def test_folder_without_sound_poses_is_an_error(folder, content):
 def test_names_cannot_become_html(tmp_path):
     page = write_report(write_folder(tmp_path / 'run', name=EVIL)).read_text(encoding='utf-8')
     assert '<script>alert' not in page and 'Hänsel' in page
-    assert len(re.findall('</script>', page)) == 4
+    assert len(re.findall('</script>', page)) == 5
     assert _data(page, 'page-data')['objects'][0]['views'][0]['name'] == EVIL
 
 
@@ -142,18 +151,19 @@ def test_file_stays_below_its_limit_and_says_what_it_left_out(tmp_path):
 def test_geometry_unpacks_to_what_the_files_say(folder):
     scene = _data(write_report(folder).read_text(encoding='utf-8'), 'geometry-0')
     layer = scene['layers']['residuals']
-    raw = np.frombuffer(b64decode(layer['position']), '<u2').reshape(-1, 3)
+    raw = _unpacked(layer['position'], '<u2', 3, steps=True)
     points = raw / 65535 * scene['edge'] + scene['origin']
     truth, _, _ = ball(bumps=3)
     assert cKDTree(truth).query(points)[0].max() < scene['edge'] / 65535
     assert len(points) == len(truth)
-    steps = np.frombuffer(b64decode(layer['residual']), '<u2')
+    steps = _unpacked(layer['residual'], '<u2')
     known = steps != 65535
-    residuals = (steps[known] / 32767 - 1) * layer['limit']
-    views = np.frombuffer(b64decode(layer['view']), '<u2')
-    assert np.allclose(residuals[views[known] == 3], ERROR, atol=ERROR / 30000)
+    residuals = (steps[known] / 4095 - 1) * layer['limit']
+    views = _unpacked(layer['view'], '<u2')
+    assert np.allclose(residuals[views[known] == 3], ERROR, atol=ERROR / 4000)
     assert 0.05 < 1 - known.mean() < 0.5
-    assert scene['arrow']['gain'] == 0.08 and not scene['flip']
+    assert scene['arrow']['said'] == '8.0%' and not scene['flip']
+    assert scene['turn'].startswith('turn it on by 40° from the last view')
 
 
 def test_normals_survive_eight_bits():
@@ -161,8 +171,9 @@ def test_normals_survive_eight_bits():
     normals = rng.normal(size=(500, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     normals[0] = 0
-    packing = packed(Layer(rng.random((500, 3)), normals), np.zeros(3), 1.0, {})
-    square = np.frombuffer(b64decode(packing['normal']), 'u1').reshape(-1, 2)
+    points = np.linspace(0, 1, 500)[:, None] * np.ones(3)  # in the order that they are packed in
+    packing = packed(Layer(points, normals), np.zeros(3), 1.0, {})
+    square = _unpacked(packing['normal'], 'u1', 2, steps=True)
     assert square[0].tolist() == [255, 255]
     x, y = (square[1:] / 127.0 - 1).T
     z = 1 - np.abs(x) - np.abs(y)
@@ -185,7 +196,8 @@ def test_thinning_is_even():
 @pytest.mark.parametrize('most', [30, 300, 2000])
 def test_clustered_surface_keeps_its_shape_and_sense(most):
     vertices, _, faces = ball(60)
-    groups, merged, cell = cluster_vertices(vertices, faces, most)
+    groups, merged, kept, cell = cluster_vertices(vertices, faces, most)
+    assert np.array_equal(np.sort(groups[faces[kept]]), np.sort(merged))
     small = means(vertices, groups)
     assert 0.5 * most < len(small) <= most and cell > 0
     corners = small[merged]

@@ -47,7 +47,10 @@ function start() {
   $('#arrow').addEventListener('change', (e) => viewer.set({arrow: e.target.checked}));
   $('#all').addEventListener('click', () => hideAll(false));
   $('#none').addEventListener('click', () => hideAll(true));
-  addEventListener('beforeprint', () => viewer.draw());
+  addEventListener('beforeprint', () => {
+    viewer.draw();
+    $('#printed').src = canvas.toDataURL();
+  });
 }
 
 function noThreeD(why) {
@@ -91,6 +94,8 @@ function showObject(id) {
   $('.stage').classList.remove('flat');
   viewer.load(now.scene);
   $('#arrow-box').hidden = !now.scene.arrow;
+  $('#turn').textContent = now.scene.turn && `Turntable: ${now.scene.turn}.`;
+  $('#turn').hidden = !now.scene.turn;
   listViews();
   setLayer(layers.includes('surface') ? 'surface' : layers[0]);
 }
@@ -120,7 +125,7 @@ function setColour(name) {
     b.setAttribute('aria-pressed', String(b.dataset.colour === name));
   });
   const layer = now.scene.layers[now.layer];
-  if (name === 'residual') now.range = nice((layer.typical || layer.limit) * page.factor);
+  if (name === 'residual') now.range = now.scene.reach * page.factor;
   apply();
 }
 
@@ -156,6 +161,11 @@ function legend() {
     STATES_TEXT.forEach(([colour, text]) => swatch(colour, text));
   } else if (now.colour === 'view') {
     say('p', 'as in the list below');
+  }
+  if (layer.filled) {
+    const [light, dark] = FILLED.map((c) => `rgb(${c.join(',')})`);
+    swatch(`repeating-linear-gradient(-45deg, ${light} 0 3px, ${dark} 3px 6px)`,
+           'filled: no view saw a surface there');
   }
 }
 
@@ -195,17 +205,45 @@ function overlays() {
   const unit = viewer.unit() * page.factor, size = nice(40 * unit);
   $('#bar').style.width = `${size / unit}px`;
   $('#bar span').textContent = `${rounded(size)} ${page.unit}`;
-  const at = viewer.arrowTail(), tag = $('#tag'), {clientWidth: w, clientHeight: h} = viewer.canvas;
-  tag.hidden = !at;
+  arrowLabel();
+}
+
+/** Put the arrow's label beside it: within the picture, on nothing else that is written there. */
+function arrowLabel() {
+  const ends = viewer.arrowEnds(), tag = $('#tag');
+  const {clientWidth: w, clientHeight: h} = viewer.canvas;
+  const within = ([x, y]) => x > 0 && y > 0 && x < w && y < h;
+  tag.hidden = !ends || !ends.some(within);
   if (tag.hidden) return;
-  const gain = now.scene.arrow.gain;
-  const place = at[2] < -0.8 * now.scene.radius ? 'behind' : 'here';
-  tag.textContent = gain === null ? `look from ${place}`
-    : `look from ${place}: shows ${rounded(100 * gain)} % of the unseen`;
-  const half = tag.offsetWidth / 2 + 4;
-  const beside = at[0] + 2 * half + 14 < w ? at[0] + half + 14 : at[0] - half - 14;
-  tag.style.left = `${Math.min(Math.max(beside, half), w - half)}px`;
-  tag.style.top = `${Math.min(Math.max(at[1], 16), h - 16)}px`;
+  const {said} = now.scene.arrow;
+  const place = ends[0][2] < -0.8 * now.scene.radius ? 'from behind' : 'from here';
+  tag.textContent = `look ${place}${said ? `: shows ${said} of the unseen` : ''}`;
+  const [a, b] = [tag.offsetWidth / 2, tag.offsetHeight / 2];
+  const wide = 0.06 * now.scene.radius / viewer.unit() + 6;
+  const [tail, tip] = ends, middle = [(tail[0] + tip[0]) / 2, (tail[1] + tip[1]) / 2];
+  const beside = Math.abs(tail[0] - tip[0]) / 2 + wide + a;
+  const above = Math.abs(tail[1] - tip[1]) / 2 + wide + b;
+  const kept = (v, half, size) => Math.min(Math.max(v, half + 4), Math.max(size - half - 4, half));
+  const boxes = [[w - 50, 0, w, 170], [0, h - 44, 150, h], [0, 0, w, 26]];
+  const hits = ([x, y]) => {  // how much of the label lies on something else
+    let sum = 0;
+    for (const [l, t, r, d] of boxes) {
+      sum += Math.max(0, Math.min(x + a, r) - Math.max(x - a, l))
+        * Math.max(0, Math.min(y + b, d) - Math.max(y - b, t));
+    }
+    for (let k = 0; k <= 20; k++) {
+      const [u, v] = [0, 1].map((j) => tail[j] + (tip[j] - tail[j]) * k / 20);
+      if (Math.abs(u - x) < a + wide && Math.abs(v - y) < b + wide) sum += 1e4;
+    }
+    return sum;
+  };
+  const places = [
+    [tail[0] + beside, tail[1]], [tail[0] - beside, tail[1]], [middle[0] + beside, middle[1]],
+    [middle[0] - beside, middle[1]], [tail[0], middle[1] + above], [tail[0], middle[1] - above],
+  ].map(([x, y]) => [kept(x, a, w), kept(y, b, h)]);
+  const [x, y] = places.reduce((best, one) => (hits(one) < hits(best) ? one : best));
+  tag.style.left = `${x}px`;
+  tag.style.top = `${y}px`;
 }
 
 function mouseAndTouch(canvas) {
@@ -246,7 +284,16 @@ function mouseAndTouch(canvas) {
   canvas.addEventListener('pointerup', up);
   canvas.addEventListener('pointercancel', up);
   canvas.addEventListener('contextmenu', (e) => e.preventDefault());
+  // Who scrolls the page and comes over the picture goes on scrolling.
+  let scrolled = -Infinity;
+  addEventListener('wheel', (e) => {
+    if (e.target !== canvas) scrolled = e.timeStamp;
+  }, {passive: true});
   canvas.addEventListener('wheel', (e) => {
+    if (e.timeStamp - scrolled < 300 && !e.ctrlKey) {
+      scrolled = e.timeStamp;
+      return;
+    }
     e.preventDefault();
     const rect = canvas.getBoundingClientRect(), lines = e.deltaMode === 1 ? 16 : 1;
     viewer.zoom(Math.exp(Math.max(-0.5, Math.min(0.5, e.deltaY * lines * 0.0015))),
@@ -257,17 +304,17 @@ function mouseAndTouch(canvas) {
 /** Tell what is known of the point under the pointer. */
 function read(event) {
   const rect = viewer.canvas.getBoundingClientRect();
-  const index = viewer.pick(event.clientX - rect.left, event.clientY - rect.top);
+  const {index, filled} = viewer.pick(event.clientX - rect.left, event.clientY - rect.top);
   viewer.redraw();
   if (index < 0) {
     $('#readout').textContent = '';
     return;
   }
   const layer = now.scene.layers[now.layer];
-  const known = viewer.facts(layer.faces ? layer.arrays.faces[3 * index] : index);
-  const words = [];
-  if (known.view !== null) words.push(now.object.views[known.view].name);
-  if (known.residual !== null) words.push(`residual ${length(known.residual)}`);
+  const known = viewer.facts(index);
+  const words = filled ? ['filled: no view saw a surface here'] : [];
+  if (known.view !== null && !filled) words.push(now.object.views[known.view].short);
+  if (known.residual !== null && !filled) words.push(`residual ${length(known.residual)}`);
   if (known.state !== null) words.push(STATES_TEXT[known.state][1]);
   words.push(`at ${known.position.map((v) => rounded(v * page.factor)).join(', ')} ${page.unit}`);
   $('#readout').textContent = words.join(' · ');
@@ -311,8 +358,9 @@ function listViews() {
       tint();
     });
     spot.style.background = view.colour;
-    name.textContent = `${view.number} ${view.name}`;
-    label.title = view.name;
+    name.textContent = `${view.number} ${view.short}`;
+    label.title = view.left ? `${view.name}: left out of the model` : view.name;
+    label.classList.toggle('left', view.left);
     label.dataset.row = view.number;
     label.append(box, spot, name);
     return label;
@@ -392,8 +440,16 @@ $$('table.sortable').forEach((table) => {
     if (button) button.addEventListener('click', () => sortBy(table, column, button));
   });
 });
-$$('.tabs button').forEach((b) => {
+$$('.tabs button').forEach((b, k, all) => {
   b.addEventListener('click', () => showObject(Number(b.dataset.object)));
+  b.addEventListener('keydown', (e) => {
+    const step = {ArrowLeft: -1, ArrowRight: 1}[e.key];
+    if (!step) return;
+    const other = all[(k + step + all.length) % all.length];
+    other.focus();
+    other.click();
+    e.preventDefault();
+  });
 });
 $$('.node').forEach((node) => {
   const act = () => pick(Number(node.dataset.view));

@@ -14,6 +14,7 @@ const MODES = {plain: 0, view: 1, residual: 2, rgb: 3, state: 4, pick: 9};
 // Blue - pale yellow - red (ColorBrewer RdYlBu): safe for the colour-blind, grey stays for 'none'.
 const SCALE = [[49, 54, 149], [116, 173, 209], [255, 255, 191], [244, 109, 67], [165, 0, 38]];
 const STATES = [[140, 140, 148], [44, 150, 120], [200, 0, 200]];  // alone, confirmed, contradicted
+const FILLED = [[214, 202, 232], [126, 96, 168]];  // stripes where no view saw a surface
 
 const inShader = (colours) => colours.map(
   (c) => `vec3(${c.map((v) => (v / 255).toFixed(4)).join(',')})`).join(',');
@@ -44,7 +45,7 @@ void main() {
   eyeNormal = normal.x > 254.5 ? vec3(0.0) : mat3(toEye) * unfold(normal);
   paint = rgb;
   known = residual < 65534.5 ? 1.0 : 0.0;
-  value = (residual / 32767.0 - 1.0) * limit;
+  value = (residual / 4095.0 - 1.0) * limit;
   kind = int(state + 0.5);
   id = gl_VertexID;
   viewPaint = vec4(0.6, 0.6, 0.6, 1.0);
@@ -61,8 +62,8 @@ precision highp int;
 in vec3 eye, eyeNormal, paint;
 in float value, known;
 flat in vec4 viewPaint; flat in int id, kind;
-uniform int mode, mesh;
-uniform float range;
+uniform int mode, mesh, filled;
+uniform float range, stripe;
 uniform vec3 plain, back;
 out vec4 colour;
 
@@ -74,10 +75,11 @@ vec3 onScale(float t) {  // -1 to 1
 }
 
 void main() {
+  const vec3 stripes[2] = vec3[2](${inShader(FILLED)});
   const vec3 states[3] = vec3[3](${inShader(STATES)});
   if (mode == 9) {
     int k = id + 1;
-    colour = vec4(k & 255, (k >> 8) & 255, (k >> 16) & 255, (k >> 24) & 255) / 255.0;
+    colour = vec4(k & 255, (k >> 8) & 255, (k >> 16) & 255, 1 + filled) / 255.0;
     return;
   }
   if (mesh == 0 && length(gl_PointCoord - 0.5) > 0.56) discard;
@@ -87,6 +89,9 @@ void main() {
   if (mode == 2 && kind == 2) base = states[2];
   if (mode == 3) base = paint;
   if (mode == 4) base = states[clamp(kind, 0, 2)];
+  if (filled == 1) {
+    base = stripes[int(mod((gl_FragCoord.x + gl_FragCoord.y) / stripe, 2.0))];
+  }
   vec3 n = eyeNormal;
   if (mesh == 1 && dot(n, n) < 0.01) n = cross(dFdx(eye), dFdy(eye));
   float facing = dot(n, n) < 0.01 ? 0.75 : dot(normalize(n), normalize(-eye));
@@ -102,6 +107,7 @@ void main() {
   colour = vec4(lit, 1.0);
 }`;
 
+const sharpness = () => Math.min(window.devicePixelRatio || 1, 2);
 const rotation = (axis, angle) => {
   const c = Math.cos(angle), s = Math.sin(angle);
   if (axis === 0) return [1, 0, 0, 0, c, -s, 0, s, c];
@@ -114,20 +120,6 @@ const product = (a, b) => a.map((_, k) => {
 });
 const turned = (m, v) => [0, 3, 6].map((r) => m[r] * v[0] + m[r + 1] * v[1] + m[r + 2] * v[2]);
 const turnedBack = (m, v) => [0, 1, 2].map((c) => m[c] * v[0] + m[c + 3] * v[1] + m[c + 6] * v[2]);
-
-function unpacked(text, Kind) {
-  const raw = atob(text), bytes = new Uint8Array(raw.length);
-  for (let k = 0; k < raw.length; k++) bytes[k] = raw.charCodeAt(k);
-  return new Kind(bytes.buffer);
-}
-
-function unpackedFaces(text) {
-  const bytes = unpacked(text, Uint8Array), faces = new Uint32Array(bytes.length / 3);
-  for (let k = 0; k < faces.length; k++) {
-    faces[k] = bytes[3 * k] | (bytes[3 * k + 1] << 8) | (bytes[3 * k + 2] << 16);
-  }
-  return faces;
-}
 
 class Viewer {
   /** @param canvas element; `changed` is called after each drawing. Throws without WebGL2. */
@@ -164,7 +156,7 @@ class Viewer {
     this.program = program;
     this.at = {};
     for (const name of ['toEye', 'toScreen', 'edge', 'origin', 'limit', 'pixels', 'mode', 'mesh',
-                        'tinted', 'views', 'range', 'plain', 'back']) {
+                        'filled', 'stripe', 'tinted', 'views', 'range', 'plain', 'back']) {
       this.at[name] = gl.getUniformLocation(program, name);
     }
     this.texture = gl.createTexture();
@@ -178,13 +170,16 @@ class Viewer {
     this.object = object;
     for (const layer of Object.values(object.layers)) {
       if (layer.arrays) continue;
-      layer.arrays = {position: unpacked(layer.position, Uint16Array)};
-      for (const [name, Kind] of [['normal', Uint8Array], ['rgb', Uint8Array],
-                                  ['view', Uint16Array], ['residual', Uint16Array],
-                                  ['state', Uint8Array]]) {
-        if (layer[name]) layer.arrays[name] = unpacked(layer[name], Kind);
+      layer.arrays = {};
+      for (const [name, Kind, columns, steps] of [
+        ['position', Uint16Array, 3, true], ['normal', Uint8Array, 2, true],
+        ['rgb', Uint8Array, 3, true], ['view', Uint16Array, 1, false],
+        ['residual', Uint16Array, 1, false], ['state', Uint8Array, 1, false]]) {
+        if (layer[name]) {
+          layer.arrays[name] = unpacked(layer[name], Kind, layer.count, columns, steps);
+        }
       }
-      if (layer.faces) layer.arrays.faces = unpackedFaces(layer.faces);
+      if (layer.faces) layer.arrays.faces = unpackedFaces(layer.faces, layer.triangles);
     }
     this.upload();
     this.reset();
@@ -254,9 +249,11 @@ class Viewer {
   }
 
   reset() {
-    const {centre, radius, flip} = this.object;
+    const {centre, radius, flip, arrow} = this.object;
     this.target = [...centre];
-    this.distance = 1.12 * radius / Math.sin(FIELD / 2);
+    // The arrow lies within, however the object is turned.
+    const reach = arrow && this.state.arrow ? Math.max(arrow.tip + ARROW.long, 1.05) : 1.05;
+    this.distance = 1.06 * reach * radius / Math.sin(FIELD / 2);
     const upright = flip ? [1, 0, 0, 0, -1, 0, 0, 0, -1] : [1, 0, 0, 0, 1, 0, 0, 0, 1];
     this.turn = product(rotation(0, 0.3), product(rotation(1, -0.45), upright));
     this.fit();
@@ -338,7 +335,7 @@ class Viewer {
   }
 
   draw() {
-    const {gl, canvas} = this, sharp = Math.min(window.devicePixelRatio || 1, 2);
+    const {gl, canvas} = this, sharp = sharpness();
     const width = Math.round(canvas.clientWidth * sharp);
     const height = Math.round(canvas.clientHeight * sharp);
     if (!this.object || !width || !height) return;
@@ -385,7 +382,14 @@ class Viewer {
     gl.uniform1f(at.range, this.state.range);
     gl.uniform1f(at.pixels, 1.6 * layer.spacing * height / (2 * Math.tan(FIELD / 2)));
     gl.bindVertexArray(part.array);
-    if (part.mesh) gl.drawElements(gl.TRIANGLES, part.count, gl.UNSIGNED_INT, 0);
+    gl.uniform1f(at.stripe, 4 * sharpness());
+    if (part.mesh) {
+      const known = part.count - 3 * (layer.filled || 0);
+      gl.drawElements(gl.TRIANGLES, known, gl.UNSIGNED_INT, 0);
+      gl.uniform1i(at.filled, 1);
+      gl.drawElements(gl.TRIANGLES, part.count - known, gl.UNSIGNED_INT, 4 * known);
+      gl.uniform1i(at.filled, 0);
+    }
     else gl.drawArrays(gl.POINTS, 0, part.count);
     gl.bindVertexArray(null);
   }
@@ -404,7 +408,8 @@ class Viewer {
     let x = [a[1] * z[2] - a[2] * z[1], a[2] * z[0] - a[0] * z[2], a[0] * z[1] - a[1] * z[0]];
     x = x.map((v) => v / Math.hypot(...x));
     const y = [z[1] * x[2] - z[2] * x[1], z[2] * x[0] - z[0] * x[2], z[0] * x[1] - z[1] * x[0]];
-    const {toEye} = this.matrices(width, height), s = object.radius, c = object.centre;
+    const {toEye} = this.matrices(width, height), s = object.radius;
+    const c = object.centre.map((v, k) => v + object.arrow.tip * s * z[k]);
     const own = [...x.map((v) => v * s), 0, ...y.map((v) => v * s), 0, ...z.map((v) => v * s), 0,
                  ...c, 1];
     const both = new Float32Array(16);
@@ -419,14 +424,18 @@ class Viewer {
     gl.bindVertexArray(null);
   }
 
-  /** Where the arrow begins, on the canvas in CSS pixels; null without an arrow. */
-  arrowTail() {
+  /** Where the arrow begins and ends, on the canvas in CSS pixels; null without an arrow. */
+  arrowEnds() {
     const {arrow, centre, radius} = this.object;
     if (!this.state.arrow || !arrow) return null;
-    return this.project(centre.map((v, k) => v + arrow.direction[k] * radius * ARROW.tail));
+    return [ARROW.long, 0].map((along) => this.project(
+      centre.map((v, k) => v + arrow.direction[k] * radius * (arrow.tip + along))));
   }
 
-  /** Return the index of the point drawn at a place (CSS pixels), or -1; a few pixels beside. */
+  /**
+   * Return what is drawn at a place (CSS pixels), or a few pixels beside: the index of a point or
+   * vertex (-1: nothing) and whether it is of a face that was filled.
+   */
   pick(x, y) {
     const {gl, canvas} = this, reach = 6, side = 2 * reach + 1;
     const sharp = canvas.width / canvas.clientWidth;
@@ -450,11 +459,13 @@ class Viewer {
     gl.deleteFramebuffer(target);
     gl.deleteTexture(colour);
     gl.deleteRenderbuffer(depth);
-    let best = -1, nearest = Infinity;
+    let best = {index: -1, filled: false}, nearest = Infinity;
     for (let k = 0; k < side * side; k++) {
       const id = bytes[4 * k] | (bytes[4 * k + 1] << 8) | (bytes[4 * k + 2] << 16);
       const away = (k % side - reach) ** 2 + (Math.floor(k / side) - reach) ** 2;
-      if (id > 0 && away < nearest) [best, nearest] = [id - 1, away];
+      if (id > 0 && away < nearest) {
+        [best, nearest] = [{index: id - 1, filled: bytes[4 * k + 3] === 2}, away];
+      }
     }
     return best;
   }
@@ -468,15 +479,15 @@ class Viewer {
     const raw = arrays.residual ? arrays.residual[index] : NONE;
     return {
       position, view: view === NONE ? null : view,
-      residual: raw === NONE ? null : (raw / 32767 - 1) * layer.limit,
+      residual: raw === NONE ? null : (raw / 4095 - 1) * layer.limit,
       state: arrays.state ? arrays.state[index] : null,
     };
   }
 }
 
-const ARROW = {tail: 1.45, neck: 1.24, tip: 1.06};
+const ARROW = {long: 0.36, neck: 0.16};
 
-/** Triangles of an arrow from z = tail to z = tip, in radii of the object. */
+/** Triangles of an arrow from z = long to z = 0, in radii of the object. */
 function arrowShape() {
   const sides = 20, out = [];
   const ring = (k, radius, z) => {
@@ -484,7 +495,7 @@ function arrowShape() {
     return [radius * Math.cos(angle), radius * Math.sin(angle), z];
   };
   for (let k = 0; k < sides; k++) {
-    const {tail, neck, tip} = ARROW, thin = 0.018, wide = 0.06;
+    const {long: tail, neck} = ARROW, thin = 0.018, wide = 0.06, tip = 0;
     out.push(...ring(k, thin, tail), ...ring(k + 1, thin, tail), ...ring(k, thin, neck));
     out.push(...ring(k, thin, neck), ...ring(k + 1, thin, tail), ...ring(k + 1, thin, neck));
     out.push(...ring(k, wide, neck), ...ring(k + 1, wide, neck), 0, 0, tip);
