@@ -74,7 +74,7 @@ def _page_within(files: RunFiles, limit: int) -> str:
                .encode())
     budget = max(limit - bare, 0)
     while True:
-        page = _page(files, picture, list(scenes(files, budget)))
+        page = _page(files, picture, list(scenes(files, budget, limit)))
         excess = len(page.encode()) - limit
         if excess <= 0 or budget < 0.01 * limit:
             return page

@@ -15,6 +15,8 @@ from ros_rops.reporting.report_pack import packed
 from ros_rops.reporting.report_thin import spacing
 from ros_rops.reporting.residual_colours import reach_of
 
+MOST_OF_LIMIT = 0.45
+"""Of the report, for an object: more shows no more, and one object alone stays small to mail."""
 IN_BASE64 = 4 / 3
 CARRIED_OVER = 2
 """Bytes more a point, of what another layer lends it: its view, its residual or its normal."""
@@ -26,7 +28,7 @@ REACH = 3.0
 """Spacings within which residuals are carried over."""
 
 
-def scenes(files: RunFiles, budget: int) -> Iterator[dict[str, Any]]:
+def scenes(files: RunFiles, budget: int, limit: int) -> Iterator[dict[str, Any]]:
     """
     Yield what the 3D view draws, object by object.
 
@@ -35,9 +37,12 @@ def scenes(files: RunFiles, budget: int) -> Iterator[dict[str, Any]]:
     files : RunFiles
     budget : int
         Characters that all of it may take.
+    limit : int
+        Characters of the whole report.
     """
     objects = files.poses['objects']
-    shares = shared([_size(files, int(item['id'])) for item in objects], budget)
+    most = MOST_OF_LIMIT * limit
+    shares = shared([min(_size(files, int(item['id'])), most) for item in objects], budget)
     for item, share in zip(objects, shares, strict=True):
         yield _scene(files, item, share)
 

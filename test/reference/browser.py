@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A browser in a process of its own (`browser_process`), as an object."""
 
+from contextlib import suppress
 from importlib.util import find_spec
 import json
 import os
@@ -9,6 +10,7 @@ from pathlib import Path
 import subprocess
 import sys
 from typing import Any
+import warnings
 
 import numpy as np
 import pytest
@@ -23,35 +25,76 @@ FLAGS = (
 NOT_QTS = ('LD_LIBRARY_PATH', '_ROS_WHEELS_BOOTSTRAP_COMPLETE')
 
 
+def _skip_without_qt() -> None:
+    try:
+        found = find_spec('PySide6') and find_spec('PySide6.QtWebEngineCore')
+    except ImportError as error:
+        pytest.skip(f'PySide6 cannot be imported: {error}')
+    if not found:
+        pytest.skip('no PySide6-Addons here, whose Chromium opens the report')
+
+
 class Browser:
-    """Sends commands, returns answers; skips the test if there is no browser to be had."""
+    """
+    Sends commands, returns answers; skips the test if there is no browser to be had.
 
-    def __init__(self, log: Path) -> None:
-        if find_spec('PySide6') is None or find_spec('PySide6.QtWebEngineCore') is None:
-            pytest.skip('no PySide6-Addons here, whose Chromium opens the report')
+    Chromium on a GPU made of software ends in a trap (SIGTRAP), once in some hundred pages. Then it
+    is started again, once, with a warning, and does again what was done since the last visit.
+    """
+
+    def __init__(self, log: Path, program: Path = PROGRAM) -> None:
+        _skip_without_qt()
         env = {name: value for name, value in os.environ.items() if name not in NOT_QTS}
-        env |= {'QT_QPA_PLATFORM': 'offscreen', 'QTWEBENGINE_CHROMIUM_FLAGS': ' '.join(FLAGS)}
-        self._log = log
-        with log.open('w') as stream:
-            self._process = subprocess.Popen(
-                [sys.executable, str(PROGRAM)], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                stderr=stream, text=True, env=env)
-        if self._read() != 'ready':
+        self._env = env | {
+            'QT_QPA_PLATFORM': 'offscreen', 'QTWEBENGINE_CHROMIUM_FLAGS': ' '.join(FLAGS)}
+        self._log, self._program = log, program
+        self._done: list[str] = []
+        self.restarts = 0
+        if not self._start():
             self.close()
-            lines = log.read_text().strip().splitlines()
-            pytest.skip(f'Chromium does not start here: {lines[-1] if lines else "no word"}')
+            pytest.skip(f'Chromium does not start here: {self._last_word()}')
 
-    def _read(self) -> Any:
-        line = self._process.stdout.readline()
-        return json.loads(line) if line else None
+    def _start(self) -> bool:
+        with self._log.open('a') as stream:
+            self._process = subprocess.Popen(
+                [sys.executable, str(self._program)], stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE, stderr=stream, text=True, env=self._env)
+        return self._process.stdout.readline().strip() == '"ready"'
+
+    def _last_word(self) -> str:
+        lines = self._log.read_text().strip().splitlines()
+        return lines[-1] if lines else 'no word'
+
+    def _answer(self, line: str) -> str:
+        """Return the answer to a line; empty if the process is gone."""
+        try:
+            self._process.stdin.write(line)
+            self._process.stdin.flush()
+        except BrokenPipeError:
+            return ''
+        return self._process.stdout.readline()
 
     def do(self, command: str, **arguments: Any) -> Any:
         """Return the answer to a command of `browser_process.Browser`."""
-        self._process.stdin.write(json.dumps([command, arguments]) + '\n')
-        self._process.stdin.flush()
-        line = self._process.stdout.readline()
-        assert line, f'the browser died: {self._log.read_text()[-2000:]}'
-        return json.loads(line)
+        line = json.dumps([command, arguments]) + '\n'
+        if command == 'visit':
+            self._done.clear()
+        self._done.append(line)
+        return json.loads(self._answer(line) or self._again())
+
+    def _again(self) -> str:
+        """Start the browser anew, do everything since the last visit, return the last answer."""
+        self.close()
+        said = f'Chromium died ({self._process.returncode}): {self._last_word()}'
+        assert not self.restarts, f'{said}; it died a second time'
+        self.restarts += 1
+        warnings.warn(f'{said}; started again', stacklevel=4)
+        assert self._start(), f'{said}; it does not start again'
+        answer = ''
+        for line in self._done:
+            answer = self._answer(line)
+        assert answer, f'{said}; it died a second time'
+        return answer
 
     def visit(
         self, path: Path, width: int = 1280, height: int = 900, before: str = ''
@@ -84,7 +127,7 @@ class Browser:
         # What was asked for is drawn with the next frame, and shown with the one after it.
         self.js('window.frames_left = 3; const next = () => { if (--window.frames_left > 0)'
                 ' requestAnimationFrame(next); }; requestAnimationFrame(next);')
-        for _ in range(200):
+        for _ in range(2000):
             if self.js('return window.frames_left') == 0:
                 break
             self.do('wait', ms=15)
@@ -93,7 +136,8 @@ class Browser:
 
     def close(self) -> None:
         """End the process."""
-        self._process.stdin.close()
+        with suppress(BrokenPipeError):
+            self._process.stdin.close()
         try:
             self._process.wait(10)
         except subprocess.TimeoutExpired:

@@ -75,7 +75,7 @@ class Browser:
         loop, came = QEventLoop(), []
         self.page.loadFinished.connect(lambda ok: (came.append(ok), loop.quit()))
         self.page.load(QUrl.fromLocalFile(path))
-        QTimer.singleShot(20000, loop.quit)
+        QTimer.singleShot(60000, loop.quit)
         loop.exec()
         self.wait(40)
         return bool(came and came[0])
@@ -92,7 +92,7 @@ class Browser:
         self.page.runJavaScript(
             f'JSON.stringify((() => {{ {code} }})())',
             lambda value: (answer.append(value), loop.quit()))
-        QTimer.singleShot(10000, loop.quit)
+        QTimer.singleShot(30000, loop.quit)
         loop.exec()
         return json.loads(answer[0]) if answer and answer[0] else None
 

@@ -35,7 +35,7 @@ def ball(rows: int = 40, bumps: int = 5) -> tuple[np.ndarray, np.ndarray, np.nda
 
 def write_folder(
     folder: Path, objects: int = 1, *, models: bool = True, left: bool = True, rows: int = 40,
-    name: str = 'view_{}.ply',
+    name: str = 'view_{}.ply', filled: bool = False, left_out: bool = False,
 ) -> Path:
     """
     Write a run folder.
@@ -53,6 +53,10 @@ def write_folder(
         Of points of a ball.
     name : str
         Of a view, by its number.
+    filled : bool
+        Whether the faces of the lower half are marked as filled.
+    left_out : bool
+        Whether the last view of each object is left out of its model.
     """
     folder.mkdir(parents=True, exist_ok=True)
     names = [name.format(k) for k in range(4 * objects)]
@@ -77,11 +81,12 @@ def write_folder(
     config = Config.from_flat({'rops.bins': 6})
     (folder / 'config.yaml').write_text(dump_config(config), encoding='utf-8')
     for k in range(objects):
-        _write_object(folder, k, models, rows)
+        _write_object(folder, k, models, rows, filled)
     if models:
         _write(folder / 'quality.json', {
-            'units': 'm', 'objects': [_quality(k, names[4 * k:4 * k + 4])
-                                      for k in range(objects)]})
+            'units': 'm', 'objects': [
+                _quality(k, names[4 * k:4 * k + 4])
+                | ({'left_out': [names[4 * k + 3]]} if left_out else {}) for k in range(objects)]})
     return folder
 
 
@@ -101,7 +106,7 @@ def _attempt(source: str, target: str) -> dict:
             'seconds': {'match': 0.01}}
 
 
-def _write_object(folder: Path, number: int, models: bool, rows: int) -> None:
+def _write_object(folder: Path, number: int, models: bool, rows: int, filled: bool) -> None:
     points, normals, faces = ball(rows, bumps=3 + number % 7)
     quarter = np.floor(np.arctan2(points[:, 2], points[:, 0]) / (np.pi / 2)).astype(int) % 4
     ids = (4 * number + quarter).astype(np.int32)
@@ -113,8 +118,9 @@ def _write_object(folder: Path, number: int, models: bool, rows: int) -> None:
                                                              'view_id': ids}))
     if not models:
         return
+    flags = {'filled': (points[faces, 1].mean(axis=1) < 0).astype(np.uint8)} if filled else None
     (folder / f'object_{number}_surface.ply').write_bytes(ply_bytes(
-        {**at, **turned, **rgb}, ('units: m',), faces))
+        {**at, **turned, **rgb}, ('units: m',), faces, flags))
     state = np.where(quarter == 3, 2, np.where(points[:, 1] < -0.02, 0, 1)).astype(np.uint8)
     residual = np.where(quarter == 3, ERROR, 0.2 * ERROR * np.sin(40 * points[:, 1] / RADIUS))
     residual = np.where(state == 0, np.nan, residual).astype(np.float32)

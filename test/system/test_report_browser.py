@@ -12,7 +12,7 @@ import subprocess
 import numpy as np
 import pytest
 from reference.browser import Browser
-from reference.report_folders import EVIL, write_folder
+from reference.report_folders import EVIL, RADIUS, write_folder
 from ros_rops.reporting.report import write_report
 
 CHROMES = ('chromium', 'chromium-browser', 'google-chrome')
@@ -34,6 +34,7 @@ def reports(tmp_path_factory):
         'one': write_report(write_folder(folder / 'one', 1)),
         'twenty': write_report(write_folder(folder / 'twenty', 20, rows=20)),
         'evil': write_report(write_folder(folder / 'evil', 1, name=EVIL + '{}', rows=20)),
+        'filled': write_report(write_folder(folder / 'filled', 1, filled=True, left_out=True)),
         'old': write_report(write_folder(folder / 'old', 1, models=False, rows=20))}
 
 
@@ -105,7 +106,7 @@ def test_fingers_turn_and_pinch(one):
 def test_surface_shows_its_colours_and_the_arrow(one):
     shown = one.canvas(48, 32)
     # It stands as its first view saw it, from +z: y is up.
-    upper, lower = shown[8:11, 21:27].mean(axis=(0, 1)), shown[25:28, 21:27].mean(axis=(0, 1))
+    upper, lower = shown[11:14, 21:27].mean(axis=(0, 1)), shown[21:24, 21:27].mean(axis=(0, 1))
     assert upper[0] > 2 * upper[1] and lower[1] > 2 * lower[0]
     assert _share(one.canvas(96, 64), ARROW) > 0.0005
     one.click('#arrow')
@@ -129,13 +130,13 @@ def test_colour_buttons_change_what_is_shown(one):
 def test_view_that_lies_wrong_stands_out_and_the_scale_has_numbers(one):
     one.click('[data-layer=residuals]')
     legend = one.js('return document.querySelector("#legend").textContent')
-    assert 'residual, mm' in legend and '≤ −0.5' in legend and '≥ 0.5' in legend
+    assert 'residual, mm' in legend and '≤ −0.1' in legend and '≥ 0.1' in legend
     one.js('viewer.lookFrom([1, 0.2, -1])')  # the last quarter
     assert _share(one.canvas(), MAGENTA) > 0.1
     one.js('viewer.lookFrom([1, 0.2, 1])')
     assert _share(one.canvas(), MAGENTA) < 0.02
     one.click('.steps button')
-    assert '≥ 0.25' in one.js('return document.querySelector("#legend").textContent')
+    assert '≥ 0.05' in one.js('return document.querySelector("#legend").textContent')
 
 
 def test_hidden_views_are_gone(one):
@@ -168,6 +169,49 @@ def test_tables_sort_and_a_view_is_picked_out_everywhere(one):
     assert set(rows) == {'view_2.ply'} and len(rows) >= 2
     assert one.js('return document.querySelectorAll(".edge.picked").length') == 3
     assert _differ(first, one.canvas())
+
+
+def test_click_reads_the_surface(one):
+    one.click('#arrow')
+    one.js('viewer.lookFrom([0, 1, 0.001])')  # from above: the top of the ball
+    one.canvas()
+    one.do('drag', **_middle(one), dx=0, dy=0, steps=1)
+    said = one.js('return document.querySelector("#readout").textContent')
+    at = [float(v.replace('−', '-')) for v in said.partition(' at ')[2].split(' mm')[0].split(',')]
+    assert np.allclose(at, [0, 1000 * RADIUS, 0], atol=5)
+
+
+def test_filled_faces_are_striped_and_told(browser, reports):
+    browser.visit(reports['filled'])
+    assert 'no view saw' in browser.js('return document.querySelector("#legend").textContent')
+    browser.js('viewer.lookFrom([0, -0.2, 1])')
+    shown = browser.canvas(480, 320)
+    lilac = (shown[..., 2] > shown[..., 1] + 15) & (shown[..., 2] > shown[..., 0])
+    assert lilac[190:240, 220:260].mean() > 0.9 and lilac[90:130, 220:260].mean() < 0.02
+    dark = shown[190:240, 220:260].mean(axis=-1)
+    assert np.ptp(dark) > 50  # two shades in turn
+    browser.do('drag', **{**_middle(browser), 'y': _middle(browser)['y'] + 60}, dx=0, dy=0, steps=1)
+    assert 'filled' in browser.js('return document.querySelector("#readout").textContent')
+    assert browser.js('return document.querySelector("#list .left").textContent') == '3 view_3.ply'
+    assert browser.do('console') == []
+
+
+@pytest.mark.parametrize('size', [(1280, 900), (360, 740)])
+def test_arrow_and_its_label_lie_apart_within_the_picture(browser, reports, size):
+    browser.visit(reports['one'], *size)
+    for look in ([0, 0, 1], [0, -1, 0.1], [1, 0, 0], [-0.5, 0.3, -0.8], [0, 0.6, 0.8]):
+        browser.js(f'viewer.lookFrom({look})')
+        browser.canvas(2, 2)
+        label, tail, tip, width, height = browser.js(
+            'const t = document.querySelector("#tag"), c = viewer.canvas;'
+            'return [[t.offsetLeft - t.offsetWidth / 2, t.offsetTop - t.offsetHeight / 2,'
+            ' t.offsetLeft + t.offsetWidth / 2, t.offsetTop + t.offsetHeight / 2],'
+            ' ...viewer.arrowEnds(), c.clientWidth, c.clientHeight]')
+        assert label[0] >= 0 and label[1] >= 0 and label[2] <= width and label[3] <= height
+        for share in np.linspace(0, 1, 30):
+            x, y = (np.array(tail) * share + np.array(tip) * (1 - share))[:2]
+            assert 0 < x < width and 0 < y < height
+            assert not (label[0] < x < label[2] and label[1] < y < label[3]), look
 
 
 def test_no_object(browser, reports):
@@ -214,6 +258,38 @@ def test_without_webgl_the_page_says_so(browser, reports):
     assert 'no WebGL2' in browser.js('return document.querySelector("#fallback").innerText')
     assert browser.js('return document.querySelector("#canvas").checkVisibility()') is False
     assert browser.do('console') == []
+
+
+FAKE = """
+import json, pathlib, sys
+print('"ready"', flush=True)
+for line in sys.stdin:
+    if 'die' in line and not pathlib.Path({0!r}).exists():
+        pathlib.Path({0!r}).write_text('once')
+        sys.exit('trapped')
+    print(json.dumps(line), flush=True)
+"""
+
+
+def test_browser_that_dies_is_started_again_once_and_that_is_told(tmp_path):
+    program = tmp_path / 'fake.py'
+    program.write_text(FAKE.format(str(tmp_path / 'died')), encoding='utf-8')
+    fake = Browser(tmp_path / 'log.txt', program)
+    fake.do('visit', path='x')
+    with pytest.warns(UserWarning, match='Chromium died .*trapped'):
+        assert 'die' in fake.js('die')
+    (tmp_path / 'died').unlink()
+    with pytest.raises(AssertionError, match='died a second time'):
+        fake.js('die')
+    fake.close()
+
+
+def test_browser_that_cannot_start_skips_with_its_reason(tmp_path):
+    program = tmp_path / 'broken.py'
+    program.write_text(
+        'raise ImportError("libnss3.so: cannot open shared object file")', encoding='utf-8')
+    with pytest.raises(pytest.skip.Exception, match='libnss3'):
+        Browser(tmp_path / 'log.txt', program)
 
 
 def test_installed_chromium_opens_it_too(reports):
