@@ -72,6 +72,8 @@ def _views(files: RunFiles, item: Document, quality: Document, lengths: Lengths)
     rows = [[number_cell(str(number), number), Cell(_linked(files, number, name), name),
              *_view_row(measured.get(name, {}), lengths, left=name in files.left_out)]
             for number, name in own]
+    if not any(row[-1] for row in rows):
+        head, rows = head[:-1], [row[:-1] for row in rows]
     return table(
         head, rows, sortable=True, label=f'Views of object {item["id"]}',
         row_attributes=[f'data-row="{number}"' for number, _ in own])

@@ -97,8 +97,9 @@ def cluster_vertices(
 def smallest_first(faces: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return triangles (F, 3) with their smallest corner first, their sense of rotation kept."""
     first = faces.argmin(axis=1)
-    return faces[
+    turned: NDArray[np.int64] = faces[
         np.arange(len(faces))[:, None], (first[:, None] + np.arange(3)) % 3]
+    return turned
 
 
 def _fitting_grid(vertices: Floats, most: int) -> tuple[NDArray[np.int64], float]:

@@ -38,8 +38,8 @@ class Browser:
     """
     Sends commands, returns answers; skips the test if there is no browser to be had.
 
-    Chromium on a GPU made of software ends in a trap (SIGTRAP), once in some hundred pages. Then it
-    is started again, once, with a warning, and does again what was done since the last visit.
+    Chromium on a GPU made of software ends in a trap (SIGTRAP) now and then. It is started again,
+    once, with a warning, and does again what was done since the last visit.
     """
 
     def __init__(self, log: Path, program: Path = PROGRAM) -> None:

@@ -190,7 +190,8 @@ def test_filled_faces_are_striped_and_told(browser, reports):
     assert lilac[190:240, 220:260].mean() > 0.9 and lilac[90:130, 220:260].mean() < 0.02
     dark = shown[190:240, 220:260].mean(axis=-1)
     assert np.ptp(dark) > 50  # two shades in turn
-    browser.do('drag', **{**_middle(browser), 'y': _middle(browser)['y'] + 60}, dx=0, dy=0, steps=1)
+    at = _middle(browser)
+    browser.do('drag', x=at['x'], y=at['y'] + 60, dx=0, dy=0, steps=1)
     assert 'filled' in browser.js('return document.querySelector("#readout").textContent')
     assert browser.js('return document.querySelector("#list .left").textContent') == '3 view_3.ply'
     assert browser.do('console') == []
@@ -258,38 +259,6 @@ def test_without_webgl_the_page_says_so(browser, reports):
     assert 'no WebGL2' in browser.js('return document.querySelector("#fallback").innerText')
     assert browser.js('return document.querySelector("#canvas").checkVisibility()') is False
     assert browser.do('console') == []
-
-
-FAKE = """
-import json, pathlib, sys
-print('"ready"', flush=True)
-for line in sys.stdin:
-    if 'die' in line and not pathlib.Path({0!r}).exists():
-        pathlib.Path({0!r}).write_text('once')
-        sys.exit('trapped')
-    print(json.dumps(line), flush=True)
-"""
-
-
-def test_browser_that_dies_is_started_again_once_and_that_is_told(tmp_path):
-    program = tmp_path / 'fake.py'
-    program.write_text(FAKE.format(str(tmp_path / 'died')), encoding='utf-8')
-    fake = Browser(tmp_path / 'log.txt', program)
-    fake.do('visit', path='x')
-    with pytest.warns(UserWarning, match='Chromium died .*trapped'):
-        assert 'die' in fake.js('die')
-    (tmp_path / 'died').unlink()
-    with pytest.raises(AssertionError, match='died a second time'):
-        fake.js('die')
-    fake.close()
-
-
-def test_browser_that_cannot_start_skips_with_its_reason(tmp_path):
-    program = tmp_path / 'broken.py'
-    program.write_text(
-        'raise ImportError("libnss3.so: cannot open shared object file")', encoding='utf-8')
-    with pytest.raises(pytest.skip.Exception, match='libnss3'):
-        Browser(tmp_path / 'log.txt', program)
 
 
 def test_installed_chromium_opens_it_too(reports):

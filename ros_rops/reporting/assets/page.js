@@ -235,7 +235,7 @@ function arrowLabel() {
       const [u, v] = [0, 1].map((j) => tail[j] + (tip[j] - tail[j]) * k / 20);
       if (Math.abs(u - x) < a + wide && Math.abs(v - y) < b + wide) sum += 1e4;
     }
-    return sum;
+    return sum - Math.hypot(x - w / 2, y - h / 2);  // rather away from the object
   };
   const places = [
     [tail[0] + beside, tail[1]], [tail[0] - beside, tail[1]], [middle[0] + beside, middle[1]],

@@ -380,7 +380,7 @@ class Viewer {
     gl.uniform1i(at.tinted, layer.view ? 1 : 0);
     gl.uniform1f(at.limit, layer.limit || 1);
     gl.uniform1f(at.range, this.state.range);
-    gl.uniform1f(at.pixels, 1.6 * layer.spacing * height / (2 * Math.tan(FIELD / 2)));
+    gl.uniform1f(at.pixels, 2.0 * layer.spacing * height / (2 * Math.tan(FIELD / 2)));
     gl.bindVertexArray(part.array);
     gl.uniform1f(at.stripe, 4 * sharpness());
     if (part.mesh) {
