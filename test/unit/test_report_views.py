@@ -1,6 +1,6 @@
 # Copyright 2026 The ros_rops authors
 # SPDX-License-Identifier: Apache-2.0
-"""What report.html says of views: names, those left out. Truth: the folders of `report_folders`."""
+"""What report.html says of views: names, those left out. Truth: `report_folders`."""
 
 import json
 import re
