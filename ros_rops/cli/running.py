@@ -162,7 +162,9 @@ class Running:
             self._session, self._run_file.config, intake.order, refusals, self._facts(),
             frames_document(intake.frames, intake.ledger.more), complete)
         try:
-            document = write_run(self._out, result, picture=self._run_file.picture)
+            document = write_run(
+                self._out, result, picture=self._run_file.picture,
+                clouds=not self._run_file.models)
         except InputError as error:
             # Hours of a machine may be in it: at least it is seen.
             print(result_table(poses_document(result)))

@@ -155,7 +155,9 @@ class Worker:
         try:
             # Its files are written anew, and none by two.
             self._modeller.withdraw(folder)
-            document = write_run(folder, self._result(), picture=self._node.output.picture)
+            output = self._node.output
+            document = write_run(
+                folder, self._result(), picture=output.picture, clouds=not output.models)
         except Exception as error:  # a full disk, or a picture that cannot be drawn
             self._board.last_save = f'not saved: {told(error)}'
             self._board.fail(self._board.last_save)

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 from ros_rops.core.se3 import move
 from ros_rops.core.types import Floats
-from ros_rops.kernels.sight import Sight
 from ros_rops.modelling.posed import PosedView
 
 SAMPLES = 400
@@ -17,13 +16,6 @@ WIDEST_MR = 8.0
 FACING = 0.3
 """Least cosine between a point's normal and the direction to a sensor that should have seen it."""
 _MAD = 1.4826
-
-
-def sight_of(view: PosedView) -> Sight:
-    """Return the lines of sight of a view in its place."""
-    return Sight.of(
-        view.mesh.vertices, view.mesh.faces, view.weights, view.view.sensor,
-        T_object_view=view.T_object_view, beyond=view.view.beyond)
 
 
 def spread_of(views: Sequence[PosedView], resolution: float, threads: int = 0) -> float:
@@ -51,7 +43,7 @@ def spread_of(views: Sequence[PosedView], resolution: float, threads: int = 0) -
         if not others:
             break
         points = _facing(view, *(np.concatenate(part) for part in zip(*others, strict=True)))
-        look = sight_of(view).look(points, reach=reach, threads=threads)
+        look = view.sight().look(points, reach=reach, threads=threads)
         across = np.abs(look.distance) * look.cosine
         gaps.append(across[across < reach])
     found = np.concatenate(gaps) if gaps else np.zeros(0)

@@ -6,7 +6,8 @@ An object's views assembled to one cloud.
 Where views overlap their points are duplicates, some tenths of a mesh resolution apart: noise, and
 what is left of the poses' errors. Each point moves along its normal to where all points around it
 agree that the surface is, weighted by how far each may be trusted; of those then at the same place
-one stays. Views that contradict the others are left out, and points that other views saw through.
+one stays. Points that other views saw through are left out; whole views that stand wrong are the
+caller's to leave out (`standing`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,7 +20,7 @@ from ros_rops.modelling.exposure import exposures
 from ros_rops.modelling.gathering import every_point, noise_of, piece_sizes_of, samples_of
 from ros_rops.modelling.posed import PosedView
 from ros_rops.modelling.products import Fact, ModelCloud
-from ros_rops.modelling.witnesses import Tolerance, Witness, wrong_views
+from ros_rops.modelling.witnesses import Tolerance, Witness
 
 LEAST_RADIUS_MR = 1.5
 """A view has some nine points within it: enough for a height and a slope."""
@@ -65,18 +66,14 @@ def assemble_cloud(
     reach = _reach(config, resolution, noise)
     if config.view_ids:
         return _unmerged(views, reach, threads)
-    tolerance = Tolerance(
-        resolution + 2 * noise, THROUGH_MR * resolution + 5 * noise, SIDEWAYS_MR * resolution)
-    witnesses = [Witness(view) for view in views]
-    wrong = wrong_views(views, witnesses, tolerance, threads=threads)
-    right = [k for k in range(len(views)) if k not in wrong]
-    samples = samples_of(views, right, exposures(views, resolution))
+    tolerance = Tolerance(THROUGH_MR * resolution + 5 * noise, SIDEWAYS_MR * resolution)
+    samples = samples_of(views, exposures(views, resolution))
     if noise > NOISY_MR * resolution:
         samples = _smoothed(samples, reach, threads)
     targets, agreed = _merged(samples, config.cloud_mr * resolution, reach, threads)
-    sizes = piece_sizes_of(views, right)[targets]
+    sizes = piece_sizes_of(views)[targets]
     specks = (agreed.directions < FEW_DIRECTIONS) & (sizes < SPECK)
-    seen_through = _seen_through(agreed, [witnesses[k] for k in right], tolerance, threads)
+    seen_through = _seen_through(agreed, views, tolerance, threads)
     kept = np.flatnonzero(~specks & ~seen_through)
     measured = sum(len(view.view.points) for view in views)
     return _cloud(views, samples, agreed.at(kept), {
@@ -84,9 +81,7 @@ def assemble_cloud(
         'points_without_surface': sum(int((view.weights <= 0).sum()) for view in views),
         'specks_removed': int(specks.sum()),
         'seen_through_removed': int((seen_through & ~specks).sum()),
-        'views': len(views), 'views_left_out': len(wrong),
-        'left_out': ', '.join(views[k].name for k in wrong), 'noise': noise,
-        'radius': reach.radius})
+        'views': len(views), 'noise': noise, 'radius': reach.radius})
 
 
 def _reach(config: ModelConfig, resolution: float, noise: float) -> Reach:
@@ -120,14 +115,14 @@ def _merged(
 
 
 def _seen_through(
-    agreed: Agreed, witnesses: Sequence[Witness], tolerance: Tolerance, threads: int
+    agreed: Agreed, views: Sequence[PosedView], tolerance: Tolerance, threads: int
 ) -> Bools:
     """Tell which places more is said against than for, (M,)."""
     result = np.zeros(len(agreed.points), np.bool_)
     some = np.flatnonzero(agreed.directions <= FEW_DIRECTIONS)
     against = np.zeros(len(some))
-    for witness in witnesses:
-        against += witness.denies(agreed.points[some], tolerance, threads)
+    for view in views:
+        against += Witness(view).denies(agreed.points[some], tolerance, threads)
     result[some] = against > agreed.weights[some]
     return result
 

@@ -16,7 +16,8 @@ import math
 from typing import Any
 
 import numpy as np
-from ros_rops.core.types import Floats
+from ros_rops.core.types import Floats, Units
+from ros_rops.modelling.words import coordinates, length, place
 
 # A part of a motion smaller than this share of it is not worth a word.
 _PURE = 0.15
@@ -40,6 +41,7 @@ class Constraint:
     held : bool
         Whether it reaches the least stiffness of the fine registration.
     text : str
+        The motion in words, lengths with their unit.
     """
 
     kind: str
@@ -58,7 +60,8 @@ class Constraint:
 
 
 def least_constrained(
-    values: Floats, motions: Floats, middle: Floats, size: float, least: float
+    values: Floats, motions: Floats, middle: Floats, size: float, least: float,
+    units: Units = 'unknown',
 ) -> Constraint | None:
     """
     Name the motion that a view's neighbours hold least.
@@ -75,6 +78,8 @@ def least_constrained(
         Root mean square distance of the view's points from it.
     least : float
         Below this stiffness a motion is not held.
+    units : {'m', 'mm', 'unknown'}
+        Of the lengths.
 
     Returns
     -------
@@ -86,7 +91,12 @@ def least_constrained(
     alike = values <= max(_ALIKE * values[0], 0.0 if values[0] >= least else least)
     motion = _purest(motions[:, alike])
     free = int(np.count_nonzero(values < least))
-    return _worded(motion, middle, size, float(values[0]), free, bool(values[0] >= least))
+    grip = 'held' if values[0] >= least else 'hardly held'
+    more = f', one of {free} motions that are not' if free > 1 else ''
+    kind, direction, point, text = _worded(motion, middle, size, units)
+    return Constraint(
+        kind, _three(direction), None if point is None else _three(point), float(values[0]),
+        bool(values[0] >= least), f'{text}: {values[0]:.2g}, {grip}{more}')
 
 
 def _purest(motions: Floats) -> Floats:
@@ -99,17 +109,13 @@ def _purest(motions: Floats) -> Floats:
 
 
 def _worded(
-    motion: Floats, middle: Floats, size: float, stiffness: float, free: int, held: bool
-) -> Constraint:
+    motion: Floats, middle: Floats, size: float, units: Units
+) -> tuple[str, Floats, Floats | None, str]:
+    """Return kind, direction, a point of the axis, and the motion in words."""
     turn, shift = motion[:3], motion[3:]
-    grip = 'held' if held else 'hardly held'
-    more = f', one of {free} motions that are not' if free > 1 else ''
-    amount = f': {stiffness:.2g}, {grip}{more}'
     if np.linalg.norm(turn) < _PURE:
         direction = _oriented(shift)
-        return Constraint(
-            'translation', _three(direction), None, stiffness, held,
-            f'slides along {_said(direction)}{amount}')
+        return 'translation', direction, None, f'slides along {coordinates(direction)}'
     direction = _oriented(turn)
     # The axis of the twist (omega, v at the middle): p = m + omega x v / |omega|^2.
     omega = turn / size
@@ -117,13 +123,11 @@ def _worded(
     along = float(shift @ turn) / float(turn @ turn) * size
     away = float(np.linalg.norm(point - middle))
     # Where the axis passes by the middle at some distance, most of the motion looks like a shift.
-    where = 'through its middle' if away < _PURE * size else f'through {_said(point, size)}'
+    where = 'its middle' if away < _PURE * size else place(point, size, units)
     kind, way = 'rotation', 'turns'
     if abs(along) > _PURE * math.hypot(size, away):
-        kind, way = 'screw', f'screws ({abs(along) * 2.0 * math.pi:.3g} a turn)'
-    return Constraint(
-        kind, _three(direction), _three(point), stiffness, held,
-        f'{way} about {_said(direction)} {where}{amount}')
+        kind, way = 'screw', f'screws ({length(abs(along) * 2.0 * math.pi, units)} a turn)'
+    return kind, direction, point, f'{way} about {coordinates(direction)} through {where}'
 
 
 def _oriented(vector: Floats) -> Floats:
@@ -135,11 +139,3 @@ def _oriented(vector: Floats) -> Floats:
 def _three(vector: Floats) -> tuple[float, float, float]:
     x, y, z = (float(value) for value in vector)
     return x, y, z
-
-
-def _said(vector: Floats, size: float = 1.0) -> str:
-    """Return coordinates to a hundredth of `size`."""
-    digits = max(0, 2 - math.floor(math.log10(size))) if size > 0 else 2
-    # No minus before a zero.
-    rounded = [round(float(value), digits) + 0.0 for value in vector]
-    return '(' + ', '.join(f'{value:.{digits}f}' for value in rounded) + ')'

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The points of all views of an object, side by side in its frame."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from ros_rops.core.types import Bools, Bytes, Floats, Ints
@@ -22,48 +22,45 @@ def surface_points(view: PosedView) -> Bools:
     return on
 
 
-def samples_of(
-    views: Sequence[PosedView], chosen: Sequence[int], gains: Floats | None = None
-) -> Samples:
+def samples_of(views: Sequence[PosedView], gains: Floats | None = None) -> Samples:
     """
-    Return the points that lie on a surface, of the views with the places `chosen` in `views`.
+    Return the points of all views that lie on a surface; `Samples.views` counts in `views`.
 
-    `Samples.views` counts in `views`; each view's colours are multiplied by its `gains` (V, 3).
+    Each view's colours are multiplied by its `gains` (V, 3).
     """
-    picks = {k: surface_points(views[k]) for k in chosen}
-    return _samples(views, picks, gains)
+    return _samples(views, [surface_points(view) for view in views], gains)
 
 
 def every_point(views: Sequence[PosedView]) -> tuple[Samples, Bools]:
     """Return all points of all views, and which of them lie on a surface, (N,)."""
-    picks = {k: np.ones(len(view.view.points), np.bool_) for k, view in enumerate(views)}
+    picks = [np.ones(len(view.view.points), np.bool_) for view in views]
     on = np.concatenate([np.zeros(0, np.bool_), *map(surface_points, views)])
     return _samples(views, picks), on
 
 
-def piece_sizes_of(views: Sequence[PosedView], chosen: Sequence[int]) -> Ints:
+def piece_sizes_of(views: Sequence[PosedView]) -> Ints:
     """Return for each of `samples_of` how many points of its view its piece of surface has."""
     sizes = [
-        piece_sizes(views[k].mesh.faces, len(views[k].mesh.vertices))[surface_points(views[k])]
-        for k in chosen]
+        piece_sizes(view.mesh.faces, len(view.mesh.vertices))[surface_points(view)]
+        for view in views]
     return np.concatenate([np.zeros(0, np.int32), *sizes])
 
 
 def _samples(
-    views: Sequence[PosedView], picks: Mapping[int, Bools], gains: Floats | None = None
+    views: Sequence[PosedView], picks: Sequence[Bools], gains: Floats | None = None
 ) -> Samples:
-    chosen = [(views[k], pick) for k, pick in picks.items()]
+    chosen = list(zip(views, picks, strict=True))
     coloured = any(view.view.colors is not None for view in views)
     colors = [
-        _colors(views[k], None if gains is None else gains[k])[pick]
-        for k, pick in picks.items()] if coloured else []
+        _colors(view, None if gains is None else gains[k])[pick]
+        for k, (view, pick) in enumerate(chosen)] if coloured else []
     return Samples(
         np.concatenate([np.zeros((0, 3)), *(view.points[pick] for view, pick in chosen)]),
         np.concatenate([
             np.zeros((0, 3), np.float32),
             *(view.normals[pick].astype(np.float32) for view, pick in chosen)]),
         np.concatenate([np.zeros(0, np.float32), *(view.weights[pick] for view, pick in chosen)]),
-        np.repeat(np.array(list(picks), np.int32), [int(pick.sum()) for _, pick in chosen]),
+        np.repeat(np.arange(len(views), dtype=np.int32), [int(pick.sum()) for pick in picks]),
         np.concatenate([np.zeros((0, 4), np.uint8), *colors]), len(views))
 
 

@@ -108,14 +108,15 @@ def contradictions(votes: Sequence[Votes], scale: float, without: Sequence[int] 
 
 def _rival(votes: Sequence[Votes], view: int, gone: Sequence[int]) -> int | None:
     """Return the only other view that this one and none else speaks of, if there is one."""
-    partners = [j for j in _partners(votes, view) if j not in gone]
-    if len(partners) != 1:
+    around = [j for j in partners(votes, view) if j not in gone]
+    if len(around) != 1:
         return None
-    other = partners[0]
-    back = [j for j in _partners(votes, other) if j not in gone]
+    other = around[0]
+    back = [j for j in partners(votes, other) if j not in gone]
     return other if back in ([view], []) else None
 
 
-def _partners(votes: Sequence[Votes], view: int) -> NDArray[np.intp]:
+def partners(votes: Sequence[Votes], view: int) -> NDArray[np.intp]:
+    """Return the views that know enough places of one to judge it."""
     counts = np.isfinite(votes[view].distance).sum(axis=1)
     return np.flatnonzero(counts >= FEWEST)

@@ -1,6 +1,10 @@
 # Copyright 2026 The ros_rops authors
 # SPDX-License-Identifier: Apache-2.0
-"""An object's model, all of it: cloud, surface, and how far they may be trusted (IV-C)."""
+"""
+An object's model, all of it: cloud, surface, and how far they may be trusted (IV-C).
+
+First of all its views are judged: of those that stand wrong neither cloud nor surface is made.
+"""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -14,6 +18,8 @@ from ros_rops.modelling.cloud import assemble_cloud
 from ros_rops.modelling.posed import PosedView, resolution_of
 from ros_rops.modelling.products import ModelCloud, SurfaceMesh
 from ros_rops.modelling.quality import assess, Quality
+from ros_rops.modelling.standing import judge
+from ros_rops.modelling.verdicts import notes_of
 
 Say = Callable[[str], None]
 
@@ -28,12 +34,12 @@ class Model:
     object_id : int
     views : tuple of PosedView
     resolution : float
-        Mean of the views' mesh resolutions (dres), in their units; 0 without views.
+        Mean of the mesh resolutions (dres) of the views that it is made of; 0 without views.
     cloud : ModelCloud or None
     surface : SurfaceMesh or None
     quality : Quality or None
     notes : tuple of str
-        A sentence for each part that could not be made.
+        A sentence for each part that could not be made, and on views that do not fit.
     seconds : mapping of str to float
         By stage: `cloud`, `surface`, `quality`.
     """
@@ -71,17 +77,23 @@ def build_model(
     if not views:
         return Model(object_id, (), notes=('no view of it can be meshed',))
     stages = _Stages(say or _nothing)
-    resolution = resolution_of(views)
-    cloud = surface = quality = None
-    with stages.take('cloud', f'assembling the cloud of {_counted(len(views), "view")}'):
-        cloud = assemble_cloud(views, config.model, resolution=resolution, threads=threads)
+    right: Sequence[PosedView] = views
+    standing = cloud = surface = quality = None
+    with stages.take('quality', f'judging how {_counted(len(views), "view")} fit'):
+        standing = judge(views, config, resolution=resolution_of(views), threads=threads)
+        right = standing.right(views)
+        stages.notes += notes_of(views, standing)
+    resolution = resolution_of(right)
+    with stages.take('cloud', f'assembling the cloud of {_counted(len(right), "view")}'):
+        cloud = assemble_cloud(right, config.model, resolution=resolution, threads=threads)
     if config.model.surface != 'none':
         with stages.take('surface', f'making the surface ({config.model.surface})'):
-            surface = _surface(views, cloud, config, resolution, threads, stages.say)
-    with stages.take('quality', 'judging the registration'):
-        quality = assess(
-            views, surface, config, resolution=resolution, turntable_axis=turntable_axis,
-            threads=threads)
+            surface = _surface(right, cloud, config, resolution, threads, stages.say)
+    if standing is not None:
+        with stages.take('quality', 'judging the registration'):
+            quality = assess(
+                views, standing, surface, config, resolution=resolution,
+                turntable_axis=turntable_axis, threads=threads)
     return Model(
         object_id, tuple(views), resolution, cloud, surface, quality, tuple(stages.notes),
         stages.seconds)
@@ -121,7 +133,8 @@ class _Stages:
             kind = '' if isinstance(error, RopsError) else f' ({type(error).__name__})'
             self.notes.append(f'no {name}: {error}{kind}')
         finally:
-            self.seconds[name] = time.perf_counter() - started
+            spent = time.perf_counter() - started
+            self.seconds[name] = self.seconds.get(name, 0.0) + spent
 
 
 def _counted(count: int, what: str) -> str:

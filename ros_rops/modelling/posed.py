@@ -12,6 +12,7 @@ from ros_rops.core.errors import ViewError
 from ros_rops.core.mesh import build_mesh
 from ros_rops.core.se3 import move
 from ros_rops.core.types import Floats, frozen, RangeMesh, RangeView
+from ros_rops.kernels.sight import Sight
 from ros_rops.modelling.weights import nearest_of, point_weights
 
 
@@ -50,6 +51,12 @@ class PosedView:
         """Return the normals in the object's frame, (N, 3); zero for points without a face."""
         turned: Floats = self.mesh.normals @ self.T_object_view[:3, :3].T
         return turned
+
+    def sight(self) -> Sight:
+        """Return its lines of sight, in its place."""
+        return Sight.of(
+            self.mesh.vertices, self.mesh.faces, self.weights, self.view.sensor,
+            T_object_view=self.T_object_view, beyond=self.view.beyond)
 
 
 def pose_views(

@@ -37,8 +37,8 @@ class ModelCloud:
         How many views saw the point.
     facts : mapping of str to scalar
         Counts: `points_measured` before merging, `points`, `points_without_surface`,
-        `specks_removed`, `seen_through_removed`, `views`, `views_left_out` (and their names,
-        `left_out`); lengths: `noise` across the surface, `radius` of what was merged.
+        `specks_removed`, `seen_through_removed`, `views`; lengths: `noise`
+        across the surface, `radius` of what was merged.
     """
 
     points: Floats

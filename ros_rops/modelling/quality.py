@@ -3,7 +3,7 @@
 """
 How far the registration of an object may be trusted, per view and on the whole.
 
-Residual maps (`residuals`), views that do not fit (`misfits`), the least held motion of each view
+Residual maps (`residuals`), views that do not fit (`standing`), the least held motion of each view
 (`constraint`), loops (`loops`) and coverage (`coverage`) in one document.
 """
 
@@ -14,17 +14,17 @@ from typing import Any
 import numpy as np
 from ros_rops.core import fine_system
 from ros_rops.core.config import Config
-from ros_rops.core.errors import ParameterError
-from ros_rops.core.types import Floats
+from ros_rops.core.types import Floats, Units
 from ros_rops.modelling.constraint import Constraint, least_constrained
 from ros_rops.modelling.coverage import Coverage, coverage_of
 from ros_rops.modelling.joint import Joint
 from ros_rops.modelling.loops import Loops, loops_of
-from ros_rops.modelling.misfits import Misfit, misfits_of, unheard
+from ros_rops.modelling.misfits import unheard
 from ros_rops.modelling.posed import PosedView
 from ros_rops.modelling.products import SurfaceMesh
 from ros_rops.modelling.residuals import (
-    ALONE, collect_votes, CONFIRMED, CONTRADICTED, residuals_of, scale_of, ViewResiduals)
+    ALONE, CONFIRMED, CONTRADICTED, residuals_of, ViewResiduals)
+from ros_rops.modelling.standing import Standing
 from ros_rops.modelling.turning import axis_of, ring_of
 from ros_rops.modelling.verdicts import flags_of, summary_of
 
@@ -66,6 +66,8 @@ class ViewQuality:
     least_constrained : Constraint or None
     flags : tuple of str
         Sentences.
+    left_out : bool
+        Whether it does not fit, and neither cloud nor surface is made of it.
     """
 
     name: str
@@ -75,6 +77,7 @@ class ViewQuality:
     shares: tuple[float, float, float]
     least_constrained: Constraint | None
     flags: tuple[str, ...]
+    left_out: bool
 
     def document(self) -> dict[str, Any]:
         """Return it in JSON's own types."""
@@ -84,7 +87,7 @@ class ViewQuality:
             'residual': self.residual, 'confirmed': self.shares[CONFIRMED],
             'contradicted': self.shares[CONTRADICTED], 'alone': self.shares[ALONE],
             'least_constrained': None if held is None else held.document(),
-            'flags': list(self.flags)}
+            'flags': list(self.flags), 'left_out': self.left_out}
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +106,8 @@ class Quality:
         In the order of the views.
     worst_views : tuple of str
         Those that stand out, worst first.
+    left_out : tuple of str
+        Those of them that neither cloud nor surface is made of.
     edges : tuple of Edge
     loops : Loops or None
     coverage : Coverage or None
@@ -114,6 +119,7 @@ class Quality:
     views: tuple[ViewQuality, ...]
     residuals: tuple[ViewResiduals, ...]
     worst_views: tuple[str, ...]
+    left_out: tuple[str, ...]
     edges: tuple[Edge, ...]
     loops: Loops | None
     coverage: Coverage | None
@@ -127,6 +133,7 @@ class Quality:
             'noise': self.noise,
             'views': [one.document() for one in self.views],
             'worst_views': list(self.worst_views),
+            'left_out': list(self.left_out),
             'edges': [
                 {'source': one.source, 'target': one.target, 'overlap': one.overlap,
                  'residual': one.residual} for one in self.edges],
@@ -136,8 +143,8 @@ class Quality:
 
 
 def assess(
-    views: Sequence[PosedView], surface: SurfaceMesh | None, config: Config, *,
-    resolution: float, turntable_axis: Floats | None = None, threads: int = 0,
+    views: Sequence[PosedView], standing: Standing, surface: SurfaceMesh | None, config: Config,
+    *, resolution: float, turntable_axis: Floats | None = None, threads: int = 0,
 ) -> Quality:
     """
     Judge the registration of an object.
@@ -146,11 +153,12 @@ def assess(
     ----------
     views : sequence of PosedView
         One or more.
+    standing : Standing
+        What `judge` found of them.
     surface : SurfaceMesh or None
         Tells what is unseen where it is closed; else that is estimated.
     config : Config
-        Groups `fine` (matches, what counts as held) and `prior` (what a turntable's motions may
-        differ by).
+        Group `prior`: what a turntable's motions may differ by.
     resolution : float
         Mean of the views' mesh resolutions (dres).
     turntable_axis : (3,) float64, optional
@@ -158,32 +166,18 @@ def assess(
         poses by default.
     threads : int
         0 takes all cores; no influence on the result.
-
-    Raises
-    ------
-    ParameterError
-        If there is no view, or `resolution` is not positive.
     """
-    if not views:
-        raise ParameterError('views: expected at least one, got none')
-    if not (np.isfinite(resolution) and resolution > 0):
-        raise ParameterError(f'resolution: expected a length above 0, got {resolution!r}')
-    votes = collect_votes(views, resolution, threads=threads)
-    joint = None
-    if len(views) > 1:
-        joint = Joint.of(views, resolution, config.fine, threads=threads)
-    noise = scale_of(votes, 0.0 if joint is None else joint.roughness, resolution)
-    misfits = () if joint is None else misfits_of(votes, joint, noise, resolution)
-    maps = residuals_of(views, votes, noise, unheard(len(views), misfits))
-    wrong = {one.index for one in misfits}
-    right = [one for k, one in enumerate(views) if k not in wrong] or list(views)
+    joint, misfits = standing.joint, standing.misfits
+    maps = residuals_of(views, standing.votes, standing.noise, unheard(len(views), misfits))
+    right = standing.right(views)
     axis = axis_of(right, turntable_axis, config.prior, resolution)
     ring = () if axis is None else ring_of(views, axis, config.prior.tilt_deg)
     coverage = coverage_of(right, surface, resolution, axis, threads=threads)
-    judged = _judge(views, maps, joint, misfits, resolution)
+    judged = _judged(views, maps, standing, resolution)
     names = [one.name for one in views]
     return Quality(
-        resolution, noise, judged, maps, tuple(names[one.index] for one in misfits),
+        resolution, standing.noise, judged, maps, tuple(names[one.index] for one in misfits),
+        tuple(names[k] for k in standing.left_out),
         () if joint is None else _edges(joint, names),
         None if joint is None else loops_of(joint, ring, threads=threads),
         coverage,
@@ -197,33 +191,36 @@ def _edges(joint: Joint, names: Sequence[str]) -> tuple[Edge, ...]:
         for one in joint.edges)
 
 
-def _judge(
-    views: Sequence[PosedView], maps: Sequence[ViewResiduals], joint: Joint | None,
-    misfits: Sequence[Misfit], resolution: float,
+def _judged(
+    views: Sequence[PosedView], maps: Sequence[ViewResiduals], standing: Standing,
+    resolution: float,
 ) -> tuple[ViewQuality, ...]:
-    constraints = [None] * len(views) if joint is None else _constraints(joint)
-    found = {one.index: one for one in misfits}
+    joint = standing.joint
+    constraints = (
+        [None] * len(views) if joint is None else _constraints(joint, views[0].view.units))
+    found = {one.index: one for one in standing.misfits}
     result = []
     for k, (view, one, constraint) in enumerate(zip(views, maps, constraints, strict=True)):
         shares = np.bincount(one.state, minlength=3) / max(len(one.state), 1)
         alone, confirmed, contradicted = (float(share) for share in shares)
         misfit = found.get(k)
         other = None if misfit is None else misfit.rival
+        left_out = k in standing.left_out
         flags = flags_of(
             view, misfit, None if other is None else views[other].name, alone, constraint,
-            resolution, single=len(views) == 1)
+            resolution, single=len(views) == 1, left_out=left_out)
         result.append(ViewQuality(
             view.name, view.number, len(view.view.points), _statistics(one),
-            (alone, confirmed, contradicted), constraint, flags))
+            (alone, confirmed, contradicted), constraint, flags, left_out))
     return tuple(result)
 
 
-def _constraints(joint: Joint) -> list[Constraint | None]:
+def _constraints(joint: Joint, units: Units) -> list[Constraint | None]:
     stiffness = fine_system.stiffness_of(joint.system())
     frames = joint.problem.frames()
     return [
         least_constrained(
-            values, motions, middle, float(size), joint.problem.config.least_stiffness)
+            values, motions, middle, float(size), joint.problem.config.least_stiffness, units)
         for values, motions, middle, size in zip(
             stiffness.values, stiffness.motions, frames.middles, frames.sizes, strict=True)]
 

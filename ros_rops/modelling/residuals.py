@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from ros_rops.core.types import Bytes, Floats, frozen
-from ros_rops.kernels.sight import Look, Sight
+from ros_rops.kernels.sight import Look
 from ros_rops.modelling.posed import PosedView
 
 Floats32 = NDArray[np.float32]
@@ -87,15 +87,6 @@ class Votes:
     weight: Floats32
 
 
-def sights_of(views: Sequence[PosedView]) -> list[Sight]:
-    """Make ready what each view sees."""
-    return [
-        Sight.of(
-            one.mesh.vertices, one.mesh.faces, one.weights, one.view.sensor,
-            T_object_view=one.T_object_view, beyond=one.view.beyond)
-        for one in views]
-
-
 def thinned(view: PosedView, most: int) -> NDArray[np.intp]:
     """Return the points of a view that have a face, evenly fewer if more than `most`."""
     faced = np.flatnonzero(view.mesh.normals.any(axis=1))
@@ -123,7 +114,7 @@ def collect_votes(
         One for each view, its own row all NaN.
     """
     reach = REACH_MR * resolution
-    sights = sights_of(views)
+    sights = [one.sight() for one in views]
     known = all(one.view.sensor.kind != 'unknown' for one in views)
     most = min(POINTS if known else UNKNOWN_POINTS, OBJECT_POINTS // max(len(views), 1))
     result = []

@@ -5,12 +5,13 @@
 from collections.abc import Sequence
 
 import numpy as np
-from ros_rops.core.types import Units
 from ros_rops.modelling.constraint import Constraint
 from ros_rops.modelling.coverage import Coverage
 from ros_rops.modelling.misfits import CONTRADICTED, Misfit, PULL_MR
 from ros_rops.modelling.posed import PosedView
 from ros_rops.modelling.residuals import ViewResiduals
+from ros_rops.modelling.standing import Standing
+from ros_rops.modelling.words import coordinates, length
 
 LONELY = 0.9
 """Share of points that no other view knows from which a view hardly touches the others."""
@@ -18,10 +19,10 @@ LONELY = 0.9
 
 def flags_of(
     view: PosedView, misfit: Misfit | None, rival: str | None, alone: float,
-    constraint: Constraint | None, resolution: float, *, single: bool,
+    constraint: Constraint | None, resolution: float, *, single: bool, left_out: bool,
 ) -> tuple[str, ...]:
     """Return what a reader should know of a view, a sentence each."""
-    flags = []
+    flags = ['left out of cloud and surface'] if left_out else []
     if misfit is not None and misfit.contradicted > CONTRADICTED:
         flags.append(
             f'{misfit.contradicted:.0%} of its points that other views know are contradicted '
@@ -31,12 +32,34 @@ def flags_of(
             f'the other views would move it by about {length(misfit.pull, view.view.units)} '
             f'({misfit.pull / resolution:.1f} mesh resolutions)')
     if rival is not None:
-        flags.append(f'it and {rival} do not fit: which of the two is wrong cannot be told')
+        flags.append(
+            f'it and {rival} do not fit: which of the two is wrong cannot be told, so that both '
+            'stay in cloud and surface')
+    elif misfit is not None and not left_out:
+        flags.append('it stays in cloud and surface: the views that fit do not outweigh it')
     if alone >= LONELY and not single:
         flags.append(f'no other view knows the places of {alone:.0%} of its points')
     if constraint is not None and not constraint.held:
         flags.append(f'not held by the other views: {constraint.text}')
     return tuple(flags)
+
+
+def notes_of(views: Sequence[PosedView], standing: Standing) -> tuple[str, ...]:
+    """Return a sentence on the views that are left out of a model, and on those in question."""
+    out = [views[k].name for k in standing.left_out]
+    kept = [
+        views[one.index].name for one in standing.misfits if one.index not in standing.left_out]
+    notes = []
+    if out:
+        one = len(out) == 1
+        notes.append(
+            f'{", ".join(out)} {"is" if one else "are"} left out of cloud and surface: '
+            f'{"it does" if one else "they do"} not fit the other views')
+    if kept:
+        notes.append(
+            f'{", ".join(kept)}: they do not fit, and it cannot be told which views are wrong; '
+            'all of them stay in cloud and surface')
+    return tuple(notes)
 
 
 def summary_of(
@@ -64,9 +87,7 @@ def _seen(coverage: Coverage | None) -> str:
     share = f'{coverage.unseen_share:.1%} of the surface unseen'
     if not coverage.directions:
         return share
-    direction = ', '.join(
-        f'{round(value, 2) + 0.0:.2f}' for value in coverage.directions[0].direction)
-    return f'{share} (look from ({direction}))'
+    return f'{share} (look from {coordinates(np.array(coverage.directions[0].direction))})'
 
 
 def _worst(views: Sequence[PosedView], misfits: Sequence[Misfit]) -> str:
@@ -95,10 +116,3 @@ def _sliding(views: Sequence[PosedView], constraints: Sequence[Constraint | None
     if len(loose) == 1:
         return f'{loose[0]} is hardly held by the others'
     return f'{len(loose)} views are hardly held by the others'
-
-
-def length(value: float, units: Units) -> str:
-    """Return a length in words, those in metres as millimetres."""
-    if units == 'unknown':
-        return f'{value:.3g} units'
-    return f'{value * (1000.0 if units == "m" else 1.0):.3g} mm'

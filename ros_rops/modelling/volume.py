@@ -10,7 +10,7 @@ from ros_rops.core.config import ModelConfig
 from ros_rops.core.errors import ModelError
 from ros_rops.core.types import Floats, frozen
 from ros_rops.kernels.volume import BRICK, BRICK_BYTES, Distances, Volume
-from ros_rops.modelling.agreement import sight_of, spread_of
+from ros_rops.modelling.agreement import spread_of
 from ros_rops.modelling.cleaning import cleaned
 from ros_rops.modelling.extraction import extract
 from ros_rops.modelling.filling import filled_faces, filled_volume, Frame
@@ -72,7 +72,7 @@ def volumetric_surface(
     grid = _fitting(views, config, resolution, spread_of(views, resolution, threads))
     if say is not None:
         say(grid.announcement(resolution, config))
-    sights = [sight_of(view) for view in views]
+    sights = [view.sight() for view in views]
     for sight in sights:
         grid.volume.integrate(sight, threads=threads)
     known = grid.volume.distances(threads=threads)

@@ -1,6 +1,10 @@
 # Copyright 2026 The ros_rops authors
 # SPDX-License-Identifier: Apache-2.0
-"""An object's views assembled to one cloud."""
+"""
+All points of an object's views, as they were measured: what a run without models gives.
+
+`modelling.cloud` makes the model's cloud, in which each place is once.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -6,15 +6,15 @@ The result of a run as an MCAP recording that RViz, Foxglove and PlotJuggler ope
 | topic | what |
 |---|---|
 | `/tf_static` | TFMessage: `object_<id>` to `object_<id>/view_<n>`, n counting in `poses.json` |
-| `/object_<id>/cloud` | PointCloud2: x, y, z, rgb, normal_x, normal_y, normal_z, view_id |
+| `/object_<id>/cloud` | PointCloud2: x, y, z, rgb, normal_x, normal_y, normal_z, view_id, ... |
 | `/view_reports` | String, JSON of one view: its word and its numbers, as in `poses.json` |
 
-Lengths are in metres, as ROS has them. Each object is a tree of frames of its own: where objects
-stand to each other, no registration tells.
+The clouds are those of `object_<id>.ply`: of a model they have weight and directions, too (how
+many views saw the point). Lengths are in metres, as ROS has them. Each object is a tree of frames
+of its own: where objects stand to each other, no registration tells.
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
 import json
 import os
 from pathlib import Path
@@ -22,19 +22,25 @@ import re
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ros_rops.core.errors import InputError
-from ros_rops.core.types import Floats
 from ros_rops.recordings.cdr import Transform
 from ros_rops.recordings.cloud import FormatError
 from ros_rops.recordings.files import read_bytes
 from ros_rops.recordings.mcap_files import create_mcap
 from ros_rops.recordings.mcap_writer import McapStream
 from ros_rops.recordings.ply import parse_vertices
-from ros_rops.reporting.clouds import ObjectCloud
 from ros_rops.reporting.poses_file import read_document
 
+Columns = Mapping[str, NDArray[Any]]
+
 REPORT_TOPIC = '/view_reports'
+COLORS = ('red', 'green', 'blue')
+NEEDED = ('x', 'y', 'z', 'nx', 'ny', 'nz', 'view_id')
+OF_MODELS = {'weight': np.float32, 'directions': np.int32}
+"""Columns that the cloud of a model has, and a plain one has not; in four bytes, so that all lie
+even."""
 LOG_TIME = re.compile(r'@(\d{1,19})(?!.*@\d)')
 
 
@@ -48,9 +54,8 @@ def export_run(folder: str | os.PathLike[str], path: str | os.PathLike[str]) -> 
         If the folder holds no whole result, or the file cannot be written.
     """
     document = read_document(Path(folder) / 'poses.json')
-    names = [str(view['name']) for view in document['views']]
     clouds = {
-        int(shape['id']): _read_cloud(Path(folder) / f'object_{shape["id"]}.ply', names)
+        int(shape['id']): _read_cloud(Path(folder), int(shape['id']))
         for shape in document['objects']}
     with create_mcap(path) as mcap:
         write_result(mcap, document, clouds)
@@ -58,7 +63,7 @@ def export_run(folder: str | os.PathLike[str], path: str | os.PathLike[str]) -> 
 
 
 def write_result(
-    mcap: McapStream, document: Mapping[str, Any], clouds: Mapping[int, ObjectCloud]
+    mcap: McapStream, document: Mapping[str, Any], clouds: Mapping[int, Columns]
 ) -> None:
     """
     Write poses, clouds and reports.
@@ -68,8 +73,8 @@ def write_result(
     mcap : McapStream
     document : mapping
         Content of `poses.json` (`poses_document`).
-    clouds : mapping of int to ObjectCloud
-        By the number of the object; in the document's units.
+    clouds : mapping of int to mapping of str to (N,) arrays
+        The columns of its file by the number of the object; in the document's units.
 
     Raises
     ------
@@ -89,20 +94,24 @@ def write_result(
     if transforms:
         mcap.add_transforms(transforms, stamp_ns=stamp, topic='/tf_static')
     for number, cloud in clouds.items():
-        _add_cloud(mcap, number, replace(cloud, points=cloud.points * scale), stamp)
+        _add_cloud(mcap, number, cloud, scale, stamp)
     for view in document['views']:
         report = {**view, 'frame_id': frames.get(view['name'], '')}
         mcap.add_text(json.dumps(report), topic=REPORT_TOPIC, log_time_ns=stamp)
 
 
-def _add_cloud(mcap: McapStream, number: int, cloud: ObjectCloud, stamp: int) -> None:
-    normals = cloud.normals.astype(np.float32)
-    extra = {f'normal_{axis}': normals[:, k] for k, axis in enumerate('xyz')}
+def _add_cloud(mcap: McapStream, number: int, cloud: Columns, scale: float, stamp: int) -> None:
+    extra = {f'normal_{axis}': cloud[f'n{axis}'].astype(np.float32) for axis in 'xyz'}
+    extra['view_id'] = cloud['view_id'].astype(np.int32)
+    extra |= {name: cloud[name].astype(kind) for name, kind in OF_MODELS.items() if name in cloud}
+    points = np.stack([cloud[axis] for axis in 'xyz'], axis=1).astype(np.float64) * scale
+    colors = None
+    if 'red' in cloud:
+        colors = np.stack([cloud[name] for name in COLORS], axis=1).astype(np.uint8)
     # Tools read float32 only; it resolves a hundredth of a micrometre at 0.1 m.
     mcap.add_cloud(
-        cloud.points.astype(np.float32), topic=f'/object_{number}/cloud', stamp_ns=stamp,
-        frame_id=f'object_{number}', colors=cloud.colors,
-        extra={**extra, 'view_id': cloud.view_ids}, latched=True)
+        points.astype(np.float32), topic=f'/object_{number}/cloud', stamp_ns=stamp,
+        frame_id=f'object_{number}', colors=colors, extra=extra, latched=True)
 
 
 def _stamp(names: list[str]) -> int:
@@ -111,19 +120,16 @@ def _stamp(names: list[str]) -> int:
     return max((int(one[1]) for one in found if one), default=0)
 
 
-def _read_cloud(path: Path, names: list[str]) -> ObjectCloud:
+def _read_cloud(folder: Path, number: int) -> Columns:
+    path = folder / f'object_{number}.ply'
+    if not path.exists():
+        raise InputError(f'{path}: is not there; `rops model {folder}` makes it')
     try:
         columns = parse_vertices(read_bytes(path))
-        colors = None
-        if 'red' in columns:
-            colors = np.stack([columns[c] for c in ('red', 'green', 'blue')], axis=1)
-        return ObjectCloud(
-            _columns(columns, 'x', 'y', 'z'), _columns(columns, 'nx', 'ny', 'nz'),
-            None if colors is None else colors.astype(np.uint8),
-            columns['view_id'].astype(np.int32), tuple(names))
-    except (FormatError, KeyError) as error:
+    except FormatError as error:
         raise InputError(f'{path}: is not the object of a run ({error})') from None
-
-
-def _columns(columns: Mapping[str, Any], *names: str) -> Floats:
-    return np.stack([columns[name] for name in names], axis=1).astype(np.float64)
+    missing = {*NEEDED, *(COLORS if 'red' in columns else ())} - set(columns)
+    if missing:
+        raise InputError(
+            f'{path}: is not the object of a run (it lacks {", ".join(sorted(missing))})')
+    return columns

@@ -39,7 +39,8 @@ def write_model(folder: Path, model: Model, *, units: str, formats: tuple[str, .
 
 
 def files_of(folder: Path, object_id: int) -> Iterator[Path]:
-    """Yield the files of an object's model that are there, but for its cloud."""
+    """Yield the files of an object's model that are there."""
+    yield from folder.glob(f'object_{object_id}.ply')
     yield from sorted(folder.glob(f'object_{object_id}_surface.*'))
     yield from folder.glob(f'object_{object_id}_residuals.ply')
 

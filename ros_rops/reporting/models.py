@@ -32,11 +32,11 @@ SCRATCH = '.models'
 """Below the run folder: files that are not whole yet."""
 # What `quality.json` says of an object of which nothing is known.
 UNKNOWN: Mapping[str, Any] = {
-    'id': 0, 'mesh_resolution': None, 'views': [], 'worst_views': [], 'edges': [], 'loops': None,
-    'coverage': None, 'surface': None, 'cloud': None, 'summary': '', 'notes': []}
+    'id': 0, 'mesh_resolution': None, 'views': [], 'worst_views': [], 'left_out': [], 'edges': [],
+    'loops': None, 'coverage': None, 'surface': None, 'cloud': None, 'summary': '', 'notes': []}
 UNKNOWN_VIEW: Mapping[str, Any] = {
     'residual': None, 'confirmed': None, 'contradicted': None, 'alone': None,
-    'least_constrained': None, 'flags': []}
+    'least_constrained': None, 'flags': [], 'left_out': False}
 
 
 @dataclass(frozen=True, slots=True)

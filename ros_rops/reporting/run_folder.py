@@ -6,7 +6,7 @@ The run folder.
 | file | what |
 |---|---|
 | `poses.json` | the result: objects, poses, the word on every view |
-| `object_<id>.ply` | the object's views assembled; once its model is made, each place once |
+| `object_<id>.ply` | the assembled cloud, each place once; without models every measured point |
 | `object_<id>_surface.ply` | its surface; also as .stl, .obj, .glb (`model.formats`) |
 | `object_<id>_residuals.ply` | how far the points of each view lie from what the others saw |
 | `quality.json` | how far the registration may be trusted, per object and view |
@@ -17,12 +17,14 @@ The run folder.
 | `frames.json` | what became of every frame or file of the input |
 | `picture.png` | the objects from three sides, and what was not placed |
 
+Clouds, surfaces, residuals and quality.json are made of the rest (`models`), which is written
+first; without models (`--no-model`, `output.models: false`) the plain clouds are written with it.
 Beside these lie `run.json` and `journal.mcap`, from which `rops resume` goes on (`intake`).
 Beside the folder, `latest` points to the last one written.
 """
 
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 import shutil
@@ -67,11 +69,22 @@ def prepare_folder(folder: Path) -> None:
         probe.unlink()
 
 
-def write_run(folder: Path, run: Run, *, picture: bool = True) -> dict[str, Any]:
+def write_run(
+    folder: Path, run: Run, *, picture: bool = True, clouds: bool = True
+) -> dict[str, Any]:
     """
-    Write everything and return the content of `poses.json`.
+    Write all but the models and return the content of `poses.json`.
 
     What an earlier call wrote stays until all of this is on disk.
+
+    Parameters
+    ----------
+    folder : Path
+    run : Run
+    picture : bool
+        Whether to draw it.
+    clouds : bool
+        Whether to write the plain clouds: for a run of which no models are made.
 
     Raises
     ------
@@ -84,7 +97,7 @@ def write_run(folder: Path, run: Run, *, picture: bool = True) -> dict[str, Any]
         shutil.rmtree(fresh, ignore_errors=True)  # of a process that was killed
         fresh.mkdir()
         try:
-            _write_files(fresh, run, document, picture=picture)
+            _write_files(fresh, run, document, picture=picture, clouds=clouds)
             _move_files(fresh, folder)
         finally:
             shutil.rmtree(fresh, ignore_errors=True)
@@ -92,13 +105,17 @@ def write_run(folder: Path, run: Run, *, picture: bool = True) -> dict[str, Any]
     return document
 
 
-def _write_files(folder: Path, run: Run, document: dict[str, Any], *, picture: bool) -> None:
-    clouds = _write_objects(folder, run)
+def _write_files(
+    folder: Path, run: Run, document: dict[str, Any], *, picture: bool, clouds: bool
+) -> None:
     (folder / 'config.yaml').write_text(dump_config(run.config), encoding='utf-8')
     write_json(folder / 'metrics.json', metrics_document(run))
     write_json(folder / 'trace.json', trace_document(run))
+    plain_clouds = _plain_clouds(run) if picture or clouds else {}
+    if clouds:
+        _write_clouds(folder, plain_clouds)
     if picture:
-        draw_objects(folder / 'picture.png', clouds, document['views'])
+        draw_objects(folder / 'picture.png', plain_clouds, document['views'])
     if run.frames:
         write_json(folder / 'frames.json', plain(run.frames))
     write_json(folder / NEW_POSES, document)
@@ -139,15 +156,17 @@ def point_latest(folder: Path) -> None:
         fresh.replace(link)
 
 
-def _write_objects(folder: Path, run: Run) -> dict[int, ObjectCloud]:
-    clouds = {}
-    for model in run.session.objects:
-        cloud = assemble(model, run.session.views, run.config, run.order)
+def _plain_clouds(run: Run) -> dict[int, ObjectCloud]:
+    return {
+        shape.id: assemble(shape, run.session.views, run.config, run.order)
+        for shape in run.session.objects}
+
+
+def _write_clouds(folder: Path, clouds: Mapping[int, ObjectCloud]) -> None:
+    for number, cloud in clouds.items():
         write_object(
-            folder / f'object_{model.id}.ply', cloud.points, normals=cloud.normals,
+            folder / f'object_{number}.ply', cloud.points, normals=cloud.normals,
             colors=cloud.colors, view_ids=cloud.view_ids)
-        clouds[model.id] = cloud
-    return clouds
 
 
 def _clear_objects(folder: Path, keep: Collection[str]) -> None:

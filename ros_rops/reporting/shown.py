@@ -61,8 +61,6 @@ def read_shown(folder: Path, object_id: int, color: str) -> Shown:
     stem = folder / f'object_{object_id}'
     if color == 'residual':
         path = Path(f'{stem}_residuals.ply')
-        if not path.exists():
-            raise InputError(f'{path}: is not there; `rops model {folder}` makes it')
         columns = _columns(path)
         points = _stack(path, columns, 'xyz')
         return Shown(points, np.zeros_like(points), _rgb(columns, len(points)), None,
@@ -98,6 +96,8 @@ def _by_view(path: Path, points: Floats) -> Bytes:
 
 
 def _columns(path: Path) -> dict[str, np.ndarray]:
+    if not path.exists():
+        raise InputError(f'{path}: is not there; `rops model {path.parent}` makes it')
     try:
         return parse_vertices(read_bytes(path))
     except FormatError as error:

@@ -70,11 +70,13 @@ def scene(*, units='mm', colors=True):
     return found
 
 
-def make_run(folder, *, journal=True, state='finished', units='mm', colors=True, values=None):
+def make_run(folder, *, journal=True, state='finished', units='mm', colors=True, values=None,
+             plain=False):
     """
     Write the first half of a run folder, as a registration leaves it; return what models need.
 
-    Without a journal its inputs lie beside the folder.
+    Without a journal its inputs lie beside the folder; with `plain` it is that of a run without
+    models.
     """
     found = scene(units=units, colors=colors)
     config = Config.from_flat(values or {})
@@ -97,7 +99,7 @@ def make_run(folder, *, journal=True, state='finished', units='mm', colors=True,
             for _, _, seen in found:
                 kept.keep(FrameReport(seen.name, Word.TAKEN, '', (seen.name,)), (seen,))
     document = write_run(folder, Run(
-        session, config, [seen.name for _, _, seen in found]), picture=False)
+        session, config, [seen.name for _, _, seen in found]), picture=False, clouds=plain)
     return ModelTask(document, session.views, config, 1)
 
 

@@ -12,8 +12,10 @@ import numpy as np
 import pytest
 from ros_rops.cli.main import main
 from ros_rops.recordings.frames import read_frames
+from ros_rops.recordings.ply import parse_vertices
 from ros_rops.recordings.synthetic import look_at
 from ros_rops.recordings.writers import write_object
+from ros_rops.reporting.mesh_files import ply_bytes
 from rosbags.highlevel import AnyReader
 from scipy.spatial.transform import Rotation
 
@@ -50,6 +52,22 @@ def by_mcap(path: Path) -> list:
 def by_rosbags(path: Path) -> list:
     with AnyReader([path]) as reader:
         return [(c.topic, t, reader.deserialize(d, c.msgtype)) for c, t, d in reader.messages()]
+
+
+def test_the_cloud_of_a_model_keeps_its_fields(tmp_path):
+    points = run_folder(tmp_path / 'run')
+    columns = parse_vertices((tmp_path / 'run' / 'object_4.ply').read_bytes())
+    columns['weight'] = np.linspace(0, 3, 50).astype(np.float32)
+    columns['directions'] = np.arange(50).astype(np.uint8)
+    (tmp_path / 'run' / 'object_4.ply').write_bytes(ply_bytes(columns, ()))
+    assert main(['export', str(tmp_path / 'run'), '--out', str(tmp_path / 'x.mcap')]) == 0
+    cloud, = [m for topic, _, m in by_rosbags(tmp_path / 'x.mcap') if topic == '/object_4/cloud']
+    kinds = {field.name: {5: '<i4', 7: '<f4'}[field.datatype] for field in cloud.fields}
+    assert list(kinds)[-3:] == ['view_id', 'weight', 'directions']
+    rows = np.frombuffer(bytes(cloud.data), np.dtype(list(kinds.items())))
+    np.testing.assert_allclose(rows['x'], points[:, 0], rtol=1e-6)
+    for name in ('weight', 'directions', 'view_id'):
+        np.testing.assert_array_equal(rows[name], columns[name])
 
 
 @pytest.mark.parametrize('read', [by_mcap, by_rosbags])
@@ -109,3 +127,9 @@ def test_what_cannot_be_exported(tmp_path, capsys):
     (tmp_path / 'run' / 'object_4.ply').write_bytes(b'ply\n')
     assert main(['export', str(tmp_path / 'run'), '--out', out, '--force']) == 2
     assert 'object_4.ply' in capsys.readouterr().err
+    (tmp_path / 'run' / 'object_4.ply').write_bytes(ply_bytes({'x': np.zeros(3)}, ()))
+    assert main(['export', str(tmp_path / 'run'), '--out', out, '--force']) == 2
+    assert 'it lacks nx, ny, nz, view_id, y, z' in capsys.readouterr().err
+    (tmp_path / 'run' / 'object_4.ply').unlink()
+    assert main(['export', str(tmp_path / 'run'), '--out', out, '--force']) == 2
+    assert 'object_4.ply: is not there; `rops model' in capsys.readouterr().err

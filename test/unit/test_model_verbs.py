@@ -257,6 +257,9 @@ def test_mistakes_of_view_end_with_2_and_one_line(
 
 def test_view_shows_what_is_there(run, capsys, tmp_path):
     path = tmp_path / 'x.png'
+    assert main(['view', str(run), '--png', str(path)]) == 2
+    assert 'object_0.ply: is not there; `rops model' in capsys.readouterr().err
+    make_run(run, plain=True)
     assert main(['view', str(run), '--png', str(path)]) == 0
     assert 'object 0, cloud' in capsys.readouterr().out
     assert main(['view', str(run), '--color', 'residual', '--png', str(path)]) == 2

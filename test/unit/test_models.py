@@ -77,7 +77,7 @@ def test_quality_has_every_key_for_every_object(whole):
     assert document['units'] == 'mm' and [one['id'] for one in document['objects']] == [0, 1]
     for one in document['objects']:
         assert set(one) >= {'id', 'mesh_resolution', 'views', 'worst_views', 'edges', 'loops',
-                            'coverage', 'surface', 'cloud', 'summary', 'notes'}
+                            'coverage', 'surface', 'cloud', 'summary', 'notes', 'left_out'}
         assert [view['name'] for view in one['views']] == [
             f'v{one["id"]}_{degrees}.ply' for degrees in TURNS[one['id']]]
         assert one['surface'] and one['cloud'] and one['notes'] == []
@@ -100,7 +100,7 @@ def test_one_object_made_again_leaves_the_others(whole, tmp_path):
     task = make_run(tmp_path / 'run')
     make_models(tmp_path / 'run', task, only=[1])
     assert set(_bytes(tmp_path / 'run')) == {
-        'object_0.ply', 'quality.json', *(name for name in MADE if name.startswith('object_1'))}
+        'quality.json', *(name for name in MADE if name.startswith('object_1'))}
     make_models(tmp_path / 'run', task, only=[0])
     assert _bytes(tmp_path / 'run') == _bytes(whole[0])
 
@@ -123,7 +123,7 @@ def test_no_surface_is_made_where_none_is_wanted(tmp_path):
         'objects'])
 
 
-@pytest.mark.parametrize('part', ['assemble_cloud', 'assess', '_surface'])
+@pytest.mark.parametrize('part', ['assemble_cloud', 'judge', 'assess', '_surface'])
 def test_a_part_that_fails_costs_no_other(tmp_path, monkeypatch, part):
     def failing(*given, **more):
         raise MemoryError('no room')
@@ -131,10 +131,10 @@ def test_a_part_that_fails_costs_no_other(tmp_path, monkeypatch, part):
     task = make_run(tmp_path / 'run')
     monkeypatch.setattr(model_module, part, failing)
     made = make_models(tmp_path / 'run', task)
-    missing = {'assemble_cloud': '', 'assess': '_residuals', '_surface': '_surface'}[part]
+    missing = {'assemble_cloud': '', '_surface': '_surface'}.get(part, '_residuals')
     expected = {name for name in MADE if name not in (f'object_{k}{missing}.ply' for k in TURNS)}
     assert {name for names in made.objects.values() for name in names} == expected
-    name = {'assemble_cloud': 'cloud', 'assess': 'quality', '_surface': 'surface'}[part]
+    name = {'assemble_cloud': 'cloud', '_surface': 'surface'}.get(part, 'quality')
     assert made.notes == tuple(f'object {k}: no {name}: no room (MemoryError)' for k in TURNS)
     for one in _quality(tmp_path / 'run')['objects']:
         assert one['notes'] == [f'no {name}: no room (MemoryError)']
@@ -147,8 +147,6 @@ def test_an_object_that_fails_costs_no_other(tmp_path, monkeypatch):
     left = {name: view for name, view in task.views.items() if not name.startswith('v0')}
     made = make_models(tmp_path / 'run', replace(task, views=left))
     assert set(made.objects) == {1} and made.notes[0].startswith('object 0: not made: ')
-    # What the poses alone gave is still there.
-    assert (tmp_path / 'run' / 'object_0.ply').exists()
     broken, sound = _quality(tmp_path / 'run')['objects']
     assert broken['id'] == 0 and broken['views'] == [] and sound['notes'] == []
 
@@ -157,7 +155,7 @@ def test_a_disk_that_is_full_is_told_and_earlier_files_stay(tmp_path, monkeypatc
     def full(path, surface, **more):
         raise OSError(errno.ENOSPC, 'No space left on device', str(path))
 
-    task = make_run(tmp_path / 'run')
+    task = make_run(tmp_path / 'run', plain=True)
     before = (tmp_path / 'run' / 'object_0.ply').read_bytes()
     monkeypatch.setattr('ros_rops.reporting.model_files.write_surface', full)
     made = make_models(tmp_path / 'run', task)
@@ -199,8 +197,7 @@ def test_new_poses_take_out_what_was_made_of_earlier_ones(whole, tmp_path):
     (folder / 'object_1_view.png').write_bytes(b'old')
     make_run(folder)
     assert {path.name for path in folder.iterdir()} == {
-        'config.yaml', 'journal.mcap', 'metrics.json', 'object_0.ply', 'object_1.ply',
-        'poses.json', 'run.json', 'trace.json'}
+        'config.yaml', 'journal.mcap', 'metrics.json', 'poses.json', 'run.json', 'trace.json'}
 
 
 def test_views_that_cannot_be_read_again_are_named(tmp_path):

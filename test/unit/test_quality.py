@@ -18,14 +18,16 @@ from ros_rops.core.types import SensorModel
 from ros_rops.modelling.posed import resolution_of
 from ros_rops.modelling.quality import assess
 from ros_rops.modelling.residuals import weighted_median
+from ros_rops.modelling.standing import judge as judge_views
 from ros_rops.recordings.procedural import mesh_of
 from ros_rops.recordings.synthetic import Model
 from scipy.spatial.transform import Rotation
 
 
 def judge(views, **options):
-    return assess(
-        views, None, Config(), resolution=resolution_of(views), **options)
+    resolution, threads = resolution_of(views), options.get('threads', 0)
+    standing = judge_views(views, Config(), resolution=resolution, threads=threads)
+    return assess(views, standing, None, Config(), resolution=resolution, **options)
 
 
 def of_sensor(views, sensor):
@@ -214,10 +216,10 @@ def test_weighted_median_against_sorting_repeated_values():
 
 def test_no_view_is_a_callers_mistake():
     with pytest.raises(ParameterError, match='views'):
-        assess((), None, Config(), resolution=1.0)
+        judge_views((), Config(), resolution=1.0)
 
 
 @pytest.mark.parametrize('resolution', [0.0, -1.0, np.nan])
 def test_a_resolution_that_is_no_length_is_a_callers_mistake(resolution):
     with pytest.raises(ParameterError, match='resolution'):
-        assess(around('blob')[:1], None, Config(), resolution=resolution)
+        judge_views(around('blob')[:1], Config(), resolution=resolution)

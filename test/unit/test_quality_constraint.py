@@ -46,14 +46,14 @@ def thread(rng, advance=3.0):
     return points, normals / np.linalg.norm(normals, axis=1, keepdims=True)
 
 
-def judged(surface, rotation):
+def judged(surface, rotation, units='unknown'):
     points, normals = surface(np.random.default_rng(0))
     points, normals = rotation.apply(points), rotation.apply(normals)
     points = points - points.mean(axis=0)
     size = np.sqrt((points ** 2).sum(axis=1).mean())
     rows = np.concatenate([np.cross(points, normals) / size, normals], axis=1)
     values, motions = np.linalg.eigh(rows.T @ rows / len(rows))
-    return least_constrained(np.maximum(values, 0.0), motions, MIDDLE, size, LEAST)
+    return least_constrained(np.maximum(values, 0.0), motions, MIDDLE, size, LEAST, units)
 
 
 TURNED = Rotation.from_rotvec([0.3, -0.7, 1.1])
@@ -88,8 +88,22 @@ def test_the_axis_of_a_ball_passes_through_its_middle():
 
 
 def test_a_screw_says_how_far_a_turn_takes_it():
-    # 3 units a radian
-    assert f'{2 * np.pi * 3.0:.3g} a turn' in judged(thread, TURNED).text
+    # 3 units a radian; metres are told as millimetres, as all reports have them.
+    for units, factor, name in (('m', 1000.0, 'mm'), ('mm', 1.0, 'mm'), ('unknown', 1.0, 'units')):
+        text = judged(thread, TURNED, units).text
+        assert f'screws ({2 * np.pi * 3.0 * factor:.3g} {name} a turn)' in text
+
+
+def test_a_place_says_its_unit():
+    # The axis of a cone whose points are not about it alike passes by their middle.
+    def half(rng):
+        points, normals = cone(rng)
+        return points[points[:, 0] > 0], normals[points[:, 0] > 0]
+
+    found = judged(half, TURNED, 'm')
+    said = found.text.partition('through (')[2].partition(') mm')[0]
+    np.testing.assert_allclose(
+        [float(value) for value in said.split(',')], 1000.0 * np.array(found.point), atol=10.0)
 
 
 def test_a_body_without_symmetry_is_held():
