@@ -207,7 +207,7 @@ def _outcome(job: Job, parts_missing: bool, seconds: str) -> str:
     what = ' and '.join(
         name for name, wanted in (('models', job.models), ('report', job.report)) if wanted)
     if parts_missing:
-        return f'{what}: not all could be made in {seconds} (see the error)'
+        return f'{what}: not all is as it should be, after {seconds} (see the error)'
     where = f': {job.folder / REPORT}' if job.report else ''
     return f'{what} written in {seconds}{where}'
 

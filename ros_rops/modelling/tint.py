@@ -46,7 +46,7 @@ def tinted(
     coloured = [view for view in views if view.view.colors is not None]
     if not coloured:
         return None
-    samples = samples_of(coloured, range(len(coloured)), exposures(coloured, resolution))
+    samples = samples_of(coloured, exposures(coloured, resolution))
     count = len(samples.points)
     targets = np.arange(count, count + len(vertices), dtype=np.int32)
     reach = Reach(max(RADIUS_MR * resolution, far), resolution, resolution)

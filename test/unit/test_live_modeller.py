@@ -146,7 +146,7 @@ def test_what_cannot_be_made_is_told(run):
     with modelling() as (made, board):
         made.put(_job(folder, task, report=False))
         _wait(lambda: board.last_save)
-        assert '; models: not all could be made in ' in board.last_save
+        assert '; models: not all is as it should be, after ' in board.last_save
         assert board.errors == 1 and ': object 0: not made: ' in board.last_error
 
 
