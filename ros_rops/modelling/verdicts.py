@@ -22,7 +22,7 @@ def flags_of(
     constraint: Constraint | None, resolution: float, *, single: bool, left_out: bool,
 ) -> tuple[str, ...]:
     """Return what a reader should know of a view, a sentence each."""
-    flags = ['left out of cloud and surface'] if left_out else []
+    flags = []
     if misfit is not None and misfit.contradicted > CONTRADICTED:
         flags.append(
             f'{misfit.contradicted:.0%} of its points that other views know are contradicted '
