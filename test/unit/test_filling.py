@@ -11,7 +11,6 @@ from ros_rops.core.config import Config
 from ros_rops.core.errors import ShapeError
 from ros_rops.core.types import RangeView, SensorModel
 from ros_rops.kernels.winding import Winding
-from ros_rops.modelling.agreement import sight_of
 from ros_rops.modelling.posed import pose_views, resolution_of
 from ros_rops.modelling.volume import volumetric_surface
 import trimesh
@@ -137,7 +136,7 @@ def test_what_a_view_saw_to_be_empty_stays_empty():
     assert surface.facts['closed']
     marked = surface.vertices[surface.faces[surface.filled]].mean(axis=1)
     for view in views:
-        look = sight_of(view).look(marked, reach=0.3)
+        look = view.sight().look(marked, reach=0.3)
         clear = np.where(np.isnan(look.distance), 0.0, look.distance * look.cosine)
         assert (clear > 2.5 * surface.facts['voxel']).mean() < 0.002
 
