@@ -222,6 +222,30 @@ def test_no_object(browser, reports):
     assert browser.do('console') == []
 
 
+def test_finger_scrolls_the_page_or_turns_the_object_by_how_it_begins(browser, reports):
+    browser.visit(reports['one'], 360, 740)
+    browser.place('#canvas')
+    browser.canvas()
+    at, top = _middle(browser), browser.js('return scrollY')
+    first = browser.js('return viewer.turn')
+    browser.do('fingers', begin=[[at['x'], at['y'] + 60]], end=[[at['x'], at['y'] - 120]], steps=12)
+    browser.do('wait', ms=300)
+    assert browser.js('return scrollY') > top + 40
+    assert browser.js('return viewer.turn') == first
+    at, top = _middle(browser), browser.js('return scrollY')
+    browser.do('fingers', begin=[[at['x'] - 60, at['y']]], end=[[at['x'] + 60, at['y'] + 40]],
+               steps=12)
+    assert abs(browser.js('return scrollY') - top) < 20  # the end of the first scroll
+    assert np.abs(np.subtract(browser.js('return viewer.turn'), first)).max() > 0.2
+
+
+def test_printed_page_holds_the_picture_with_its_scale(one):
+    one.js('dispatchEvent(new Event("beforeprint"))')
+    assert one.js('return document.querySelector("#printed").src.length') > 5000
+    assert one.js('const p = document.querySelector("#printed"); return p.naturalWidth') in (
+        0, one.js('return viewer.canvas.width'))
+
+
 def test_twenty_objects_on_a_phone(browser, reports, tmp_path):
     browser.visit(reports['twenty'], 360, 740)
     assert browser.js('return document.documentElement.scrollWidth <= innerWidth')

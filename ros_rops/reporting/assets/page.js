@@ -48,8 +48,10 @@ function start() {
   $('#all').addEventListener('click', () => hideAll(false));
   $('#none').addEventListener('click', () => hideAll(true));
   addEventListener('beforeprint', () => {
-    viewer.draw();
-    $('#printed').src = canvas.toDataURL();
+    if (!now.scene) return;
+    viewer.colours.background = [1, 1, 1];
+    $('#printed').src = picture().toDataURL();
+    scheme();
   });
 }
 
@@ -248,7 +250,7 @@ function arrowLabel() {
 
 function mouseAndTouch(canvas) {
   const down = new Map();
-  let moved = 0;
+  let moved = 0, began = null;
   const spread = () => {
     const [a, b] = [...down.values()];
     return {x: (a.x + b.x) / 2, y: (a.y + b.y) / 2, size: Math.hypot(a.x - b.x, a.y - b.y),
@@ -256,7 +258,7 @@ function mouseAndTouch(canvas) {
   };
   canvas.addEventListener('pointerdown', (e) => {
     canvas.setPointerCapture(e.pointerId);
-    if (!down.size) moved = 0;
+    if (!down.size) [moved, began] = [0, viewer.turn];
     down.set(e.pointerId, {x: e.clientX, y: e.clientY, pan: e.button !== 0 || e.shiftKey});
   });
   canvas.addEventListener('pointermove', (e) => {
@@ -280,6 +282,10 @@ function mouseAndTouch(canvas) {
   const up = (e) => {
     const known = down.delete(e.pointerId);
     if (known && e.type === 'pointerup' && moved < 5 && !down.size) read(e);
+    if (known && e.type === 'pointercancel') {  // the page scrolls: the finger meant that
+      viewer.turn = began;
+      viewer.redraw();
+    }
   };
   canvas.addEventListener('pointerup', up);
   canvas.addEventListener('pointercancel', up);
@@ -334,9 +340,31 @@ function keys(canvas) {
   });
 }
 
-function save() {
+/** The 3D view as it stands, with its scale bar in it: what is printed or saved gets resized. */
+function picture() {
   viewer.draw();
-  viewer.canvas.toBlob((blob) => {
+  const {canvas} = viewer, copy = document.createElement('canvas');
+  [copy.width, copy.height] = [canvas.width, canvas.height];
+  const pen = copy.getContext('2d'), sharp = sharpness();
+  pen.drawImage(canvas, 0, 0);
+  pen.scale(sharp, sharp);
+  const wide = parseFloat($('#bar').style.width) || 0, high = canvas.clientHeight;
+  const dark = viewer.colours.background.every((v) => v < 0.5);
+  pen.strokeStyle = pen.fillStyle = dark ? '#ffffff' : '#000000';
+  pen.lineWidth = 1.5;
+  pen.beginPath();
+  pen.moveTo(12, high - 18);
+  pen.lineTo(12, high - 11);
+  pen.lineTo(12 + wide, high - 11);
+  pen.lineTo(12 + wide, high - 18);
+  pen.stroke();
+  pen.font = '12px sans-serif';
+  pen.fillText($('#bar span').textContent, 14, high - 22);
+  return copy;
+}
+
+function save() {
+  picture().toBlob((blob) => {
     const link = document.createElement('a');
     link.href = URL.createObjectURL(blob);
     link.download = `object_${now.object.id}_${now.layer}_${now.colour}.png`;
