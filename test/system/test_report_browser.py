@@ -228,7 +228,8 @@ def test_finger_scrolls_the_page_or_turns_the_object_by_how_it_begins(browser, r
     browser.canvas()
     at, top = _middle(browser), browser.js('return scrollY')
     first = browser.js('return viewer.turn')
-    browser.do('fingers', begin=[[at['x'], at['y'] + 60]], end=[[at['x'], at['y'] - 120]], steps=12)
+    x, y = at['x'], at['y']
+    browser.do('fingers', begin=[[x, y + 60]], end=[[x, y - 120]], steps=12)
     browser.do('wait', ms=300)
     assert browser.js('return scrollY') > top + 40
     assert browser.js('return viewer.turn') == first
