@@ -36,7 +36,7 @@ class Extracted(NamedTuple):
     faces: Ints
 
 
-def extract(distances: Distances) -> Extracted:
+def extract(distances: Distances, steepest: float = np.inf) -> Extracted:
     """
     Extract the surface at distance zero (Lewiner et al. 2003, by scikit-image).
 
@@ -47,6 +47,10 @@ def extract(distances: Distances) -> Extracted:
     Parameters
     ----------
     distances : Distances
+    steepest : float
+        Cubes whose corners differ by more than that, in voxels, have no surface either: a plane
+        makes 1.7 at most. More comes where one view saw through and another only knows that its
+        surface lies in front.
 
     Returns
     -------
@@ -55,7 +59,7 @@ def extract(distances: Distances) -> Extracted:
     """
     vertices, faces, count = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], 0
     for block, parts in sorted(_parts(distances.bricks).items()):
-        found = _marched(_assembled(distances.values, parts))
+        found = _marched(_assembled(distances.values, parts), steepest)
         if found is not None:
             vertices.append(found[0] + np.multiply(block, float(_CUBES)))
             faces.append(found[1] + count)
@@ -86,18 +90,23 @@ def _assembled(values: NDArray[np.float32], parts: list[Part]) -> NDArray[np.flo
     return block
 
 
-def _marched(block: NDArray[np.float32]) -> tuple[Floats, NDArray[np.int64]] | None:
+def _marched(
+    block: NDArray[np.float32], steepest: float
+) -> tuple[Floats, NDArray[np.int64]] | None:
     from skimage import measure  # takes half a second to import
 
     marching_cubes: Callable[..., tuple[NDArray, ...]] = measure.marching_cubes
     known = np.isfinite(block)
     if not ((block < 0).any() and (block > 0).any()):
         return None
-    cubes = np.zeros_like(known)
-    inner = known[1:, 1:, 1:].copy()
+    # With unknown corners the span is not finite.
+    low, high = block[1:, 1:, 1:].copy(), block[1:, 1:, 1:].copy()
     for i, j, k in product((0, 1), repeat=3):
-        inner &= known[i:i + _CUBES, j:j + _CUBES, k:k + _CUBES]
-    cubes[1:, 1:, 1:] = inner  # scikit-image looks at the last corner of a cube
+        corner = block[i:i + _CUBES, j:j + _CUBES, k:k + _CUBES]
+        np.minimum(low, corner, out=low)
+        np.maximum(high, corner, out=high)
+    cubes = np.zeros_like(known)
+    cubes[1:, 1:, 1:] = high - low <= steepest  # scikit-image looks at a cube's last corner
     try:
         vertices, faces, _, _ = marching_cubes(
             np.where(known, block, np.float32(1)), 0.0, mask=cubes)

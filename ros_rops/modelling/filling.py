@@ -94,9 +94,11 @@ def filled_volume(
     return lattice.distances()
 
 
-def filled_faces(distances: Distances, vertices: Floats, faces: Ints) -> Bools:
+def filled_faces(
+    distances: Distances, vertices: Floats, faces: Ints, steepest: float = np.inf
+) -> Bools:
     """
-    Tell which faces (F,) of a surface lie in cubes of which not all corners were known.
+    Tell which faces (F,) of a surface lie in cubes where `extract` made none.
 
     Parameters
     ----------
@@ -105,8 +107,10 @@ def filled_faces(distances: Distances, vertices: Floats, faces: Ints) -> Bools:
     vertices : (V, 3) float64
         In voxels from the volume's origin.
     faces : (F, 3) int32
+    steepest : float
+        As `extract` took it.
     """
-    return ~Lattice(distances).complete(_cubes(vertices, faces))
+    return ~Lattice(distances).complete(_cubes(vertices, faces), steepest)
 
 
 class _Around(NamedTuple):

@@ -62,10 +62,15 @@ class Lattice:
         """Return where the values at the corners of `cubes` (M, 3) are, (M, 8)."""
         return self.slots(cubes[:, None] + CORNERS)
 
-    def complete(self, cubes: Longs) -> Bools:
-        """Tell of which `cubes` (M, 3) all corners were known to begin with."""
+    def complete(self, cubes: Longs, steepest: float = np.inf) -> Bools:
+        """
+        Tell of which `cubes` (M, 3) all corners were known to begin with.
+
+        Of these only such as have no corners that differ by more than `steepest`.
+        """
         corners = self.corners(cubes)  # first: it may make room
         known: Bools = np.all(self.known[corners], axis=1)
+        known &= np.ptp(self.values[corners], axis=1) <= steepest
         return known
 
     def distances(self) -> Distances:

@@ -4,6 +4,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+import math
 
 import numpy as np
 from ros_rops.core.config import ModelConfig
@@ -24,6 +25,11 @@ BAND_VOXELS = 2.5
 BAND_MR = 2.0
 BAND_SPREADS = 3.0
 """Least band in standard deviations between views: else these would not meet."""
+STEEPEST = 0.8 * math.sqrt(3.0)
+"""
+Most difference between a cube's corners, in bands: twice what a plane makes of the thinnest band,
+and more the wider noise makes it; from what was seen through to what is only behind are 1.8.
+"""
 LONGEST_MR = 20.0
 """Faces longer than this along an axis are no surface that a scan resolved."""
 COARSER = 1.25
@@ -92,12 +98,13 @@ def _meshed(
     resolution: float, threads: int,
 ) -> SurfaceMesh:
     """Return the cleaned surface in `distances`; what was not `known` is marked."""
-    surface = extract(distances)
+    # What is closed must go on wherever it is open.
+    surface = extract(distances, grid.steepest if distances is known else math.inf)
     if not len(surface.faces):
         raise ModelError('the views saw no surface wider than a voxel')
     filled = (
         np.zeros(len(surface.faces), dtype=bool) if distances is known
-        else filled_faces(known, surface.vertices, surface.faces))
+        else filled_faces(known, surface.vertices, surface.faces, grid.steepest))
     vertices = grid.origin + grid.voxel * surface.vertices
     normals = frozen(vertex_normals(vertices, surface.faces), np.float32)
     mesh = cleaned(SurfaceMesh(
@@ -127,6 +134,10 @@ class _Grid:
     @property
     def megabytes(self) -> float:
         return self.volume.bricks * BRICK_BYTES / 1e6
+
+    @property
+    def steepest(self) -> float:
+        return STEEPEST * self.band / self.voxel
 
     def facts(self) -> dict[str, Fact]:
         return {

@@ -15,7 +15,9 @@ def distances(points, sights, band, voxel):
         free = np.isposinf(far)
         with np.errstate(invalid='ignore'):
             across = far * cosine
-            trust = np.clip(2 * (across + band) / band, 0, 1) * (far >= -2 * band)
+            sure = 0.4 * band
+            left = np.clip(1 + across / sure / 2, 0, 1)
+            trust = np.clip(2 + far / sure, 0.01 * left**2, 1) * (across > -2 * sure)
         trust = np.where(free, 0.5, np.where(np.isnan(across), 0, weight * trust))
         weights += trust
         sums += trust * np.where(trust > 0, np.where(free, band, np.minimum(across, band)), 0)

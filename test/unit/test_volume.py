@@ -156,6 +156,16 @@ def test_unknown_corners_leave_a_hole_and_nothing_else():
     )[:, 2] > 0).all()
 
 
+def test_no_surface_between_what_was_seen_through_and_what_is_behind():
+    """Truth: analytic. A plane that ends in a step of four voxels: only the plane is left."""
+    field = _of_field(
+        lambda p: np.where(p[..., 0] < 4, p[..., 2] - 3.5, np.where(p[..., 2] < 4, -2.0, 2.0)),
+        list(product((-1, 0), (-1, 0), [0])))
+    found = extract(field, 3.4)
+    assert found.vertices[:, 0].max() == 3.0 and len(extract(field).faces) > len(found.faces) > 0
+    np.testing.assert_allclose(found.vertices[:, 2], 3.5)
+
+
 def test_no_surface_at_all():
     for field in (lambda p: p[..., 0] * 0 + 1, lambda p: p[..., 0] * np.nan):
         found = extract(_of_field(field, [[0, 0, 0], [1, 0, 0]]))

@@ -66,6 +66,20 @@ def test_a_ball_from_all_sides_is_closed_and_round(kind):
     assert np.array_equal(np.unique(surface.colors, axis=0), [[200, 40, 7]])
 
 
+def test_the_sides_of_a_thin_wall_do_not_push_each_other_out():
+    """Truth: analytic. A wall of 2.2 mr, seen from both sides."""
+    x, y = np.meshgrid(np.arange(-10.0, 11.0), np.arange(-10.0, 11.0))
+    points = np.stack([x, y, np.full_like(x, -1.1)], axis=-1).reshape(-1, 3)
+    grid = np.arange(len(points), dtype=np.int32).reshape(x.shape)
+    views = {
+        name: RangeView(name, points, grid, SensorModel('orthographic')) for name in ('0', '1')}
+    posed = pose_views(
+        [('0', np.eye(4)), ('1', rigid(SIDES[2], (0, 0, 0)))], views, {'0': 0, '1': 1}, Config())
+    surface = volumetric_surface(posed, ModelConfig(), resolution=1.0)
+    gaps = np.abs(np.abs(surface.vertices[:, 2]) - 1.1)
+    assert surface.facts['components'] == 2 and gaps.max() < 0.05
+
+
 def test_noise_is_averaged():
     """Truth: 90 % of single measurements lie within 1.64 sigma; six views must do better."""
     surface = _surface(_posed('orthographic', noise=0.1))

@@ -24,6 +24,19 @@ constexpr float kLeast = 1e-3f;
 constexpr float kSteepest = 0.5f;
 constexpr float kInner = 0.9f;
 
+// Behind its surface a view knows ever less: another one may follow. Up to this share of the band
+// behind, which noise reaches, its word holds; up to twice that where no other view has one.
+constexpr float kSure = 0.4f;
+constexpr float kGuess = 0.01f;
+
+// Weight of a voxel `along` the ray and `across` the surface, in lengths of which a view is sure.
+// Grazing rays leave a thin part soon: along the ray says that, and across how far cubes need it.
+float trust_in(float along, float across) {
+  if (!(across > -2)) return 0;
+  const float left = std::min(1 + across / 2, 1.0f);
+  return std::min(std::max(2 + along, kGuess * left * left), 1.0f);
+}
+
 }  // namespace
 
 bool Volume::touch(const double* vertices, const std::int32_t* faces, std::size_t face_count,
@@ -57,7 +70,7 @@ bool Volume::touch(const double* vertices, const std::int32_t* faces, std::size_
 
 void Volume::integrate(const sight::View& view, int threads) {
   sums_.resize(bricks_.size() * kVoxels);
-  const float band = static_cast<float>(band_);
+  const float band = static_cast<float>(band_), sure = kSure * band;
   parallel_with(bricks_.size(), 16, threads, [&] {
     return [&](std::size_t b) {
       Sum* sum = sums_.data() + b * kVoxels;
@@ -76,9 +89,8 @@ void Volume::integrate(const sight::View& view, int threads) {
             }
             // Across the surface rather than along the ray: that is what views have in common.
             const float d = glance.distance * glance.cosine;
-            // Behind a surface the view knows ever less: another one may follow.
-            const float trust = std::min(2 * (d + band) / band, 1.0f);
-            if (!(trust > 0) || glance.distance < -2 * band) continue;
+            const float trust = trust_in(glance.distance / sure, d / sure);
+            if (!(trust > 0)) continue;
             const float weight = glance.weight * trust;
             sum->weight += weight, sum->distance += weight * std::min(d, band);
           }
