@@ -123,7 +123,7 @@ class Browser:
 
     def canvas(self, columns: int = 24, rows: int = 16) -> np.ndarray:
         """Return what the 3D view shows, (rows, columns, 3)."""
-        x, y, width, height = self.place('#canvas')
+        self.place('#canvas')
         # What was asked for is drawn with the next frame, and shown with the one after it.
         self.js('window.frames_left = 3; const next = () => { if (--window.frames_left > 0)'
                 ' requestAnimationFrame(next); }; requestAnimationFrame(next);')
@@ -131,8 +131,14 @@ class Browser:
             if self.js('return window.frames_left') == 0:
                 break
             self.do('wait', ms=15)
-        return np.array(self.do(
-            'pixels', x=x, y=y, width=width, height=height, columns=columns, rows=rows))
+        # Read where it is drawn: what Qt shows of it may come later on a busy machine.
+        return np.array(self.js(
+            'viewer.draw(); const c = document.createElement("canvas");'
+            f'[c.width, c.height] = [{columns}, {rows}]; const pen = c.getContext("2d");'
+            'pen.imageSmoothingQuality = "high";'
+            f'pen.drawImage(viewer.canvas, 0, 0, {columns}, {rows});'
+            f'return [...pen.getImageData(0, 0, {columns}, {rows}).data]'
+        )).reshape(rows, columns, 4)[..., :3]
 
     def close(self) -> None:
         """End the process."""

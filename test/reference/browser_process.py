@@ -101,21 +101,6 @@ class Browser:
         self.wait(120)
         return self.view.grab().save(path)
 
-    def pixels(self, x, y, width, height, columns=24, rows=16):
-        """Return a part of what is shown, once it stands still: rows of columns of r, g, b."""
-        before = None
-        for _ in range(40):
-            self.wait(40)
-            image = self.view.grab().toImage().copy(x, y, width, height).scaled(
-                columns, rows, Qt.AspectRatioMode.IgnoreAspectRatio,
-                Qt.TransformationMode.SmoothTransformation)
-            shown = [[list(image.pixelColor(c, r).getRgb()[:3]) for c in range(columns)]
-                     for r in range(rows)]
-            if shown == before:
-                break
-            before = shown
-        return shown
-
     def drag(self, x, y, dx, dy, button='left', steps=5):
         """Press, move in steps, release: as a hand does."""
         widget, held = self.view.focusProxy(), BUTTONS[button]
