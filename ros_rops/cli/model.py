@@ -68,6 +68,7 @@ def run(args: argparse.Namespace) -> int:
         print(f'{args.folder}: the run has no object')
         return 1
     out = args.out or args.folder
+    _spare_other_run(args.folder, out)
     with _held(out):
         views = views_of_run(
             args.folder, _names(document, chosen), document['units'] or 'unknown',
@@ -76,12 +77,12 @@ def run(args: argparse.Namespace) -> int:
         _say(f'lengths in {document["units"]}')
         try:
             made = make_models(out, task, only=args.objects, say=_say)
+            if out.resolve() == args.folder.resolve():
+                _keep(out, config)
         except OSError as error:
             place = error.filename or out
             raise InputError(
                 f'{place}: cannot be written ({error.strerror or error})') from None
-        if out.resolve() == args.folder.resolve():
-            _keep(out, config)
     return _outcome(made, out)
 
 
@@ -111,6 +112,11 @@ def _chosen(asked: Collection[int], document: Mapping[str, Any]) -> list[Mapping
 
 def _names(document: Mapping[str, Any], chosen: Collection[Mapping[str, Any]]) -> set[str]:
     return {view['name'] for shape in chosen for view in shape['views']}
+
+
+def _spare_other_run(folder: Path, out: Path) -> None:
+    if out.resolve() != folder.resolve() and (out / 'poses.json').exists():
+        raise InputError(f'--out: {out} holds another run, whose models would be written over')
 
 
 @contextmanager

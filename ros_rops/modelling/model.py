@@ -85,7 +85,7 @@ def build_model(
         stages.notes += notes_of(views, standing)
     resolution = resolution_of(right)
     with stages.take('cloud', f'assembling the cloud of {_counted(len(right), "view")}'):
-        cloud = assemble_cloud(right, config.model, resolution=resolution, threads=threads)
+        cloud = _cloud(right, config, resolution, threads)
     if config.model.surface != 'none':
         with stages.take('surface', f'making the surface ({config.model.surface})'):
             surface = _surface(right, cloud, config, resolution, threads, stages.say)
@@ -97,6 +97,16 @@ def build_model(
     return Model(
         object_id, tuple(views), resolution, cloud, surface, quality, tuple(stages.notes),
         stages.seconds)
+
+
+def _cloud(
+    views: Sequence[PosedView], config: Config, resolution: float, threads: int
+) -> ModelCloud:
+    cloud = assemble_cloud(views, config.model, resolution=resolution, threads=threads)
+    if not len(cloud.points):
+        # Nothing to put in the place of the points as they were registered.
+        raise ModelError('no point of the views can be trusted')
+    return cloud
 
 
 def _surface(

@@ -25,8 +25,9 @@ def read_document(path: Path) -> dict[str, Any]:
         for shape in document['objects']:
             int(shape['id'])
             for view in shape['views']:
-                if np.array(view['T_object_view'], np.float64).shape != (4, 4):
-                    raise ValueError(f'the pose of {view["name"]!r} is no 4x4 matrix')
+                T = np.array(view['T_object_view'], np.float64)
+                if T.shape != (4, 4) or not np.isfinite(T).all():
+                    raise ValueError(f'the pose of {view["name"]!r} is no 4x4 matrix of numbers')
         known = {view['name'] for view in document['views']}
         missing = {v['name'] for shape in document['objects'] for v in shape['views']} - known
         if missing or document['units'] not in ('m', 'mm', 'unknown', None):

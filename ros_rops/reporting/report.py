@@ -9,7 +9,7 @@ of any run, also of an older one: what a folder lacks is said in its place.
 """
 
 from base64 import b64encode
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -59,6 +59,8 @@ def write_report(folder: Path) -> Path:
         replace_file(path, _page_within(files, _limit(files)))
     except OSError as error:
         raise InputError(f'{path}: cannot be written ({error.strerror or error})') from None
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+        raise InputError(f'{path}: cannot be made of files that are damaged ({error!r})') from None
     return path
 
 
@@ -87,19 +89,19 @@ def _page(files: RunFiles, picture: bytes, drawn: Sequence[dict[str, Any]]) -> s
     policy = ("default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src "
               + ' '.join(f"'sha256-{_digest(script)}'" for script in scripts))
     sections = [
-        head_section(files), _section('not-placed', _left_title(files), not_placed(files)),
-        _section('objects', 'Objects', _objects(files, drawn)),
-        _section('views', 'All views', views_table(files)),
-        _section('stories', 'What happened to each view', every_view(files)),
+        head_section(files), _part('not-placed', _left_title(files), not_placed, files),
+        _part('objects', 'Objects', lambda files: _objects(files, drawn), files),
+        _part('views', 'All views', views_table, files),
+        _part('stories', 'What happened to each view', every_view, files),
         _section('pictures', 'Picture', _picture(files, picture)),
-        _section('input', 'Input', input_section(files)),
-        _section('parameters', 'Parameters', parameters_section(files)),
-        _section('times', 'Times', times_section(files)),
-        _section('machine', 'Machine and versions', machine_section(files)),
-        _section('again', 'How to do it again', reproduce_section(files))]
+        _part('input', 'Input', input_section, files),
+        _part('parameters', 'Parameters', parameters_section, files),
+        _part('times', 'Times', times_section, files),
+        _part('machine', 'Machine and versions', machine_section, files),
+        _part('again', 'How to do it again', reproduce_section, files)]
     data = data_script('page-data', _page_data(files, drawn)) + ''.join(
         data_script(f'geometry-{scene["id"]}', scene) for scene in drawn)
-    return (
+    page = (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{text(policy)}">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
@@ -108,6 +110,8 @@ def _page(files: RunFiles, picture: bytes, drawn: Sequence[dict[str, Any]]) -> s
         f'{(ASSETS / "report.css").read_text(encoding="utf-8")}</style></head>\n<body>\n<main>\n'
         + '\n'.join(sections) + '\n</main>\n' + data
         + ''.join(f'<script>{script}</script>\n' for script in scripts) + '</body></html>\n')
+    # A name of a file may have halves of characters, which no text file can hold.
+    return page.encode('utf-8', 'replace').decode('utf-8')
 
 
 def _left_title(files: RunFiles) -> str:
@@ -120,6 +124,15 @@ def _digest(script: str) -> str:
 
 def _section(name: str, title: str, body: str) -> str:
     return f'<section id="{name}"><h2>{text(title)}</h2>\n{body}</section>\n'
+
+
+def _part(name: str, title: str, make: Callable[[RunFiles], str], files: RunFiles) -> str:
+    """Return a section; one that the files are too damaged for says so, and no other is lost."""
+    try:
+        return _section(name, title, make(files))
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+        return _section(name, title, note(
+            f'A file of the run folder is damaged: this part cannot be made of it ({error!r}).'))
 
 
 def _objects(files: RunFiles, drawn: Sequence[dict[str, Any]]) -> str:

@@ -5,6 +5,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -139,7 +140,7 @@ def _left_out(item: Document) -> list[tuple[str, str]]:
 
 def _poses(path: Path) -> Document:
     try:
-        poses = json.loads(path.read_text(encoding='utf-8'))
+        poses = _parsed(path)
         for item in poses['objects']:
             int(item['id']), [str(view['name']) for view in item['views']]
         for view in poses['views']:
@@ -151,9 +152,23 @@ def _poses(path: Path) -> Document:
     return dict(poses)
 
 
+def _parsed(path: Path) -> Any:
+    """Return what a JSON file says; None for numbers that no page or script can do with."""
+    return json.loads(
+        path.read_text(encoding='utf-8'), parse_constant=lambda name: None,
+        parse_int=_bounded, parse_float=_bounded)
+
+
+def _bounded(word: str) -> int | float | None:
+    value = float(word)
+    if not math.isfinite(value):
+        return None
+    return int(word) if word.lstrip('-').isdigit() else value
+
+
 def _optional(path: Path, missing: dict[str, str]) -> Document:
     try:
-        document = json.loads(path.read_text(encoding='utf-8'))
+        document = _parsed(path)
     except FileNotFoundError:
         missing[path.name] = 'is not in the run folder'
         return {}

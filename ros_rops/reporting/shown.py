@@ -118,10 +118,12 @@ def _stack(path: Path, columns: dict[str, np.ndarray], names: str | tuple[str, .
         raise InputError(f'{path}: lacks {error}') from None
     if not len(found):
         raise InputError(f'{path}: is empty')
+    if not np.isfinite(found).all():
+        raise InputError(f'{path}: is damaged; {"".join(names)} are not all numbers')
     return found
 
 
 def _rgb(columns: dict[str, np.ndarray], count: int) -> Bytes:
-    if 'red' not in columns:
+    if not {'red', 'green', 'blue'} <= set(columns):
         return np.full((count, 3), PLAIN, np.uint8)
     return np.stack([columns[name] for name in ('red', 'green', 'blue')], axis=1).astype(np.uint8)
