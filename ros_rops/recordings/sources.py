@@ -108,18 +108,28 @@ def find_views(inputs: Sequence[str | os.PathLike[str]]) -> list[ViewSource]:
     Raises
     ------
     InputError
-        If a path does not exist, a folder cannot be read or holds no view, or a file is of an
-        unknown kind.
+        If a path does not exist, a folder cannot be read or holds no view, a file is of an
+        unknown kind, or a name is no text.
     """
     if not inputs:
         raise InputError('no input named')
     paths = [path for name in inputs for path in _expand(Path(name))]
+    for path in paths:
+        _check_name(path)
     unique = list({path.resolve(): path for path in paths}.values())
     names = _distinct_names(unique)
     return [
         Recording(path) if is_recording(path) or is_rosbag_folder(path) else ViewFile(path, name)
         for path, name in zip(unique, names, strict=True)
     ]
+
+
+def _check_name(path: Path) -> None:
+    """Refuse a name that no result could hold: views are told apart by it."""
+    try:
+        os.fspath(path).encode('utf-8')
+    except UnicodeEncodeError:
+        raise InputError(f'{os.fsencode(path)!r}: the name is not UTF-8; rename it') from None
 
 
 def _distinct_names(paths: Sequence[Path]) -> list[str]:

@@ -203,6 +203,16 @@ def names_of(sources) -> list[str]:
     return [o.view.name if isinstance(o, NotedView) else o.name for o in outcomes]
 
 
+def test_name_that_is_no_text_is_refused_in_a_sentence(tmp_path):
+    odd = os.fsdecode(bytes(tmp_path) + b'/v\xff.ply')
+    try:
+        Path(odd).write_bytes(b'')
+    except OSError as error:
+        pytest.skip(f'this file system has only names in UTF-8 ({error})')
+    with pytest.raises(InputError, match='not UTF-8; rename it'):
+        find_views([tmp_path])
+
+
 def test_find_views(tmp_path):
     write_dataset(tmp_path / 'a', [some_view(n) for n in ('v10', 'v9')],
                   {n: np.eye(4) for n in ('v10', 'v9')}, units='m')

@@ -29,12 +29,13 @@ def camera(direction):
     return T
 
 
-def seen_from(depth, directions, size=70):
+def seen_from(depth, directions, size=100):
     """Render views of a body; depth(eye, rays) is the distance along each ray, NaN beside."""
     poses, views = [], {}
     v, u = np.mgrid[0:size, 0:size]
-    rays = np.stack([(u - size / 2) / (2.4 * size), (v - size / 2) / (2.4 * size), 0 * u + 1.0], 2)
-    rays = rays.reshape(-1, 3) * 1.6
+    # Wide enough for all of the body: what is cut off by the image was not seen.
+    rays = np.stack([(u - size / 2) / (1.4 * size), (v - size / 2) / (1.4 * size), 0 * u + 1.0], 2)
+    rays = rays.reshape(-1, 3)
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
     for number, direction in enumerate(directions):
         T = camera(direction)
