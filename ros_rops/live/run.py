@@ -98,6 +98,11 @@ class LiveRun:
         self.run_file = run_file
         write_run_file(self.folder, run_file)
 
+    def point(self) -> None:
+        """Let `latest` beside the folder point to it."""
+        with suppress(OSError):  # a file system without links
+            point_latest(self.folder)
+
     def release(self) -> None:
         """Let other processes have the folder."""
         self._held.close()
@@ -127,7 +132,7 @@ def begin_run(
         with suppress(OSError):
             folder.rmdir()
         raise
-    _point(folder)
+    run.point()
     return run
 
 
@@ -164,7 +169,7 @@ def resume_run(parent: Path, config: Config, node: NodeConfig) -> LiveRun | None
     except InputError:
         run.release()
         raise
-    _point(folder)
+    run.point()
     return run
 
 
@@ -199,8 +204,3 @@ def _numbers(parent: Path) -> list[int]:
 
 def _name(number: int) -> str:
     return f'run_{number:04d}'
-
-
-def _point(folder: Path) -> None:
-    with suppress(OSError):  # a file system without links
-        point_latest(folder)

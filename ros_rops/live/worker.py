@@ -206,6 +206,8 @@ class Worker:
             self._run.end()
         self._run.release()
         self._run = task.run
+        # A save that was asked for before the reset has just pointed to the run before.
+        self._run.point()
         self._epoch += 1
         self._recalled = 0
         self._last = {}

@@ -202,3 +202,12 @@ def test_a_reset_ends_the_run_and_begins_the_next(tmp_path, heard):
     assert states == ['finished', 'partial', 'running']
     assert (tmp_path / 'latest').resolve() == tmp_path / 'run_0003'
     assert (tmp_path / 'run_0001' / 'journal.mcap').read_bytes()[-8:] == b'\x89MCAP0\r\n'
+
+
+def test_a_save_just_before_a_reset_does_not_hold_latest_back(tmp_path, heard):
+    with station(tmp_path, heard, PLAIN) as made:
+        offer_all(made, heard, [small(0)])
+        assert made.save().success and made.reset().success
+        heard.wait(lambda: heard.updates[-1].epoch == 1)
+    assert (tmp_path / 'run_0001' / 'poses.json').exists()
+    assert (tmp_path / 'latest').resolve() == tmp_path / 'run_0002'
