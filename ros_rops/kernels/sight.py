@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ros_rops.core.errors import ShapeError
 from ros_rops.core.types import Floats, frozen, Ints, is_rigid, SensorModel
 from ros_rops.kernels import _kernels
+from ros_rops.kernels.meshes import check_mesh
 
 Floats32 = NDArray[np.float32]
 _SENSOR_KINDS = {'unknown': 0, 'orthographic': 1, 'pinhole': 2}
@@ -122,12 +123,7 @@ class Sight:
 def _check(
     vertices: Floats, faces: Ints, weights: Floats32, T: Floats, beyond: Floats32
 ) -> None:
-    if vertices.ndim != 2 or vertices.shape[1] != 3:
-        raise ShapeError(f'vertices: expected (N, 3), got {vertices.shape}')
-    if faces.ndim != 2 or faces.shape[1] != 3:
-        raise ShapeError(f'faces: expected (F, 3), got {faces.shape}')
-    if faces.size and (faces.min() < 0 or faces.max() >= len(vertices)):
-        raise ShapeError(f'faces: expected numbers of the {len(vertices)} vertices')
+    check_mesh(vertices, faces)
     if weights.shape != vertices.shape[:1]:
         raise ShapeError(f'weights: expected ({len(vertices)},), got {weights.shape}')
     if beyond.ndim != 2 or beyond.shape[1] != 3:

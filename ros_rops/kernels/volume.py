@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from ros_rops.core.errors import ShapeError
 from ros_rops.core.types import Floats, frozen, Ints
 from ros_rops.kernels import _kernels
+from ros_rops.kernels.meshes import check_mesh
 from ros_rops.kernels.sight import Sight
 
 BRICK = 8
@@ -83,12 +84,7 @@ class Volume:
         ShapeError
             If an array has the wrong shape, or a face names no vertex.
         """
-        if vertices.ndim != 2 or vertices.shape[1] != 3:
-            raise ShapeError(f'vertices: expected (N, 3), got {vertices.shape}')
-        if faces.ndim != 2 or faces.shape[1] != 3:
-            raise ShapeError(f'faces: expected (F, 3), got {faces.shape}')
-        if faces.size and (faces.min() < 0 or faces.max() >= len(vertices)):
-            raise ShapeError(f'faces: expected numbers of the {len(vertices)} vertices')
+        check_mesh(vertices, faces)
         return bool(self._kernel.touch(vertices, faces, longest, most))
 
     @property

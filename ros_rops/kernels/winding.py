@@ -8,6 +8,7 @@ import numpy as np
 from ros_rops.core.errors import ShapeError
 from ros_rops.core.types import Floats, frozen, Ints
 from ros_rops.kernels import _kernels
+from ros_rops.kernels.meshes import check_mesh
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,12 +40,7 @@ class Winding:
         ShapeError
             If an array has the wrong shape or a face names no vertex.
         """
-        if vertices.ndim != 2 or vertices.shape[1] != 3:
-            raise ShapeError(f'vertices: expected (V, 3), got {vertices.shape}')
-        if faces.ndim != 2 or faces.shape[1] != 3:
-            raise ShapeError(f'faces: expected (F, 3), got {faces.shape}')
-        if faces.size and (faces.min() < 0 or faces.max() >= len(vertices)):
-            raise ShapeError(f'faces: expected numbers of the {len(vertices)} vertices')
+        check_mesh(vertices, faces)
         return cls(_kernels._Winding(vertices, faces))
 
     def at(self, points: Floats, *, threads: int = 0) -> Floats:
