@@ -7,7 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ros_rops.bench import (
-    feature_quality, model, multiview, pairwise, recordings, station, synthetic, turntable)
+    feature_quality, model, multiview, pairwise, recordings, station, stored, synthetic, turntable)
+from ros_rops.bench.paper import case as paper
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,4 +45,10 @@ CASES = {
     'descriptor': Case(
         'how often the nearest feature of the other view is the right one',
         feature_quality.add_arguments, feature_quality.run),
+    'paper': Case(
+        'the tables and figures of Guo et al. 2014 on these data, with rivals',
+        paper.add_arguments, paper.run),
+    'document': Case(
+        'stored results into the sections of BENCHMARKS.md',
+        stored.add_arguments, stored.run),
 }

@@ -143,6 +143,20 @@ def report(
     facts = machine_facts() if facts is None else facts
     teller(args)('')
     sys.stdout.write(text + f'{facts["cpu"]}, {facts["cores"]} cores\n')
+    write_json(args, cases, facts)
+
+
+def write_json(
+    args: argparse.Namespace, cases: Sequence[Mapping[str, Any]], facts: Mapping[str, Any],
+) -> None:
+    """
+    Write {"machine", "cases"} where `--json` says.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
     if not args.json:
         return
     content = plain({'machine': facts, 'cases': list(cases)})

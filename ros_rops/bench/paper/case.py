@@ -1,0 +1,22 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""Case `paper`: every table and figure of section V by one command."""
+
+import argparse
+
+from ros_rops.bench.experiment import Experiment
+from ros_rops.bench.laboratory import add_laboratory_arguments, run_laboratory
+
+# In the order of the paper.
+EXPERIMENTS: tuple[Experiment, ...] = (
+)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of `rops bench paper`."""
+    add_laboratory_arguments(parser, EXPERIMENTS)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run `rops bench paper`; returns the exit code."""
+    return run_laboratory('paper', args, EXPERIMENTS)
