@@ -7,7 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ros_rops.bench import (
-    feature_quality, model, multiview, pairwise, recordings, station, stored, synthetic, turntable)
+    ablation, feature_quality, model, multiview, pairwise, recordings, station, stored, synthetic,
+    turntable)
 from ros_rops.bench.paper import case as paper
 
 
@@ -48,6 +49,9 @@ CASES = {
     'paper': Case(
         'the tables and figures of Guo et al. 2014 on these data, with rivals',
         paper.add_arguments, paper.run),
+    'ablation': Case(
+        "each choice of ours exchanged for the paper's, one at a time",
+        ablation.add_arguments, ablation.run),
     'document': Case(
         'stored results into the sections of BENCHMARKS.md',
         stored.add_arguments, stored.run),

@@ -6,13 +6,14 @@ import argparse
 from pathlib import Path
 import sys
 
+from ros_rops.bench.ablation import EXPERIMENTS as ABLATION
 from ros_rops.bench.document import section, update_document
 from ros_rops.bench.experiment import Experiment
 from ros_rops.bench.paper.case import EXPERIMENTS as PAPER
 from ros_rops.bench.results import read_result
 from ros_rops.core.errors import InputError
 
-EXPERIMENTS: dict[str, Experiment] = {one.name: one for one in (*PAPER,)}
+EXPERIMENTS: dict[str, Experiment] = {one.name: one for one in (*PAPER, *ABLATION)}
 
 
 def stored_sections(folder: Path) -> dict[str, str]:
