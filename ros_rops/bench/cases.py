@@ -7,8 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ros_rops.bench import (
-    ablation, feature_quality, model, multiview, pairwise, recordings, station, stored, synthetic,
-    turntable)
+    ablation, compare, feature_quality, model, multiview, pairwise, recordings, station, stored,
+    synthetic, turntable)
 from ros_rops.bench.paper import case as paper
 
 
@@ -52,6 +52,9 @@ CASES = {
     'ablation': Case(
         "each choice of ours exchanged for the paper's, one at a time",
         ablation.add_arguments, ablation.run),
+    'compare': Case(
+        'what became better or worse, beyond noise, from one file of results to another',
+        compare.add_arguments, compare.run),
     'document': Case(
         'stored results into the sections of BENCHMARKS.md',
         stored.add_arguments, stored.run),

@@ -11,7 +11,7 @@ import time
 
 from ros_rops.bench.document import section, update_document
 from ros_rops.bench.experiment import Experiment, Laboratory
-from ros_rops.bench.machine import machine_facts
+from ros_rops.bench.reference_kernel import measured_machine
 from ros_rops.bench.results import Result, write_result
 from ros_rops.bench.settings import (
     add_common_arguments, config_of, load_all, SEED, teller, write_json)
@@ -78,11 +78,11 @@ def run_laboratory(
 ) -> int:
     """Run experiments one after another; show, store and document each as soon as it is done."""
     laboratory = laboratory_of(args)
-    everything, begun = [], machine_facts()
+    everything, begun = [], measured_machine()
     for experiment in experiments:
         if args.only and experiment.name not in args.only:
             continue
-        facts, start = machine_facts(), time.perf_counter()
+        facts, start = measured_machine(), time.perf_counter()
         cases = experiment.run(laboratory)
         result = Result(
             experiment.name, command_of(verb, args, experiment), facts,

@@ -24,7 +24,7 @@ class Result:
     command : str
         That makes it again.
     machine : mapping
-        Facts of the machine (`machine_facts`), the commit among them.
+        Facts of the machine (`measured_machine`), the commit among them.
     seconds : float
         That the whole experiment took.
     cases : sequence of mapping

@@ -10,7 +10,7 @@ from pathlib import Path
 import sys
 from typing import Any
 
-from ros_rops.bench.machine import machine_facts
+from ros_rops.bench.reference_kernel import measured_machine
 from ros_rops.bench.truth import load_dataset, ReferenceSet
 from ros_rops.core.config import Config, describe
 from ros_rops.core.errors import InputError, ParameterError
@@ -140,7 +140,7 @@ def report(
     InputError
         If the file cannot be written.
     """
-    facts = machine_facts() if facts is None else facts
+    facts = measured_machine() if facts is None else facts
     teller(args)('')
     sys.stdout.write(text + f'{facts["cpu"]}, {facts["cores"]} cores\n')
     write_json(args, cases, facts)
