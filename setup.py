@@ -104,7 +104,8 @@ setup(
     license='Apache-2.0',
     python_requires='>=3.11',
     packages=find_packages(include=[f'{PACKAGE}*', 'msg_adapters*']),
-    package_data={PACKAGE: ['py.typed', 'kernels/_kernels.pyi', 'reporting/assets/*']},
+    package_data={PACKAGE: [
+        'py.typed', 'kernels/_kernels.pyi', 'reporting/assets/*', 'bench/rivals/*.cpp']},
     ext_modules=[kernels],
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),

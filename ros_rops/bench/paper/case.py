@@ -6,9 +6,11 @@ import argparse
 
 from ros_rops.bench.experiment import Experiment
 from ros_rops.bench.laboratory import add_laboratory_arguments, run_laboratory
+from ros_rops.bench.paper import table2
 
 # In the order of the paper.
 EXPERIMENTS: tuple[Experiment, ...] = (
+    table2.EXPERIMENT,
 )
 
 

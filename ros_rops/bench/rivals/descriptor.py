@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 from ros_rops.bench.contest import Contestant, engine
+from ros_rops.core import rops as core_rops
 from ros_rops.core.config import Config
 from ros_rops.core.types import Floats, frozen, Ints, RangeMesh, RangeView
 from ros_rops.pipeline.prepare import PreparedView
@@ -62,6 +63,30 @@ class Descriptor:
     missing: Callable[[], str | None] = lambda: None
 
 
+def rops(config: Config) -> Descriptor:
+    """Return the engine's own descriptor, as configured, in the form of its rivals."""
+    def describe(
+        mesh: RangeMesh, indices: Ints, lrfs: Floats, unit: float, threads: int
+    ) -> NDArray[np.float32]:
+        return core_rops.describe(
+            mesh, indices, config.lrf, config.rops, lrfs=lrfs, resolution=unit, threads=threads,
+        ).descriptors
+
+    return Descriptor('RoPS', 'Guo et al. 2013; ours', describe)
+
+
+def exchanged(
+    prepared: PreparedView, descriptor: Descriptor, *, threads: int = 0
+) -> PreparedView:
+    """Return a prepared view with another descriptor; keypoints, frames and the rest stay."""
+    surface = prepared.surface
+    features = surface.features
+    rows = descriptor.describe(
+        prepared.mesh, features.indices, features.lrfs, surface.resolution, threads)
+    features = replace(features, descriptors=frozen(rows, np.float32))
+    return replace(prepared, surface=replace(surface, features=features))
+
+
 def with_descriptor(
     descriptor: Descriptor, config: Config, *, threads: int = 0
 ) -> Contestant:
@@ -73,12 +98,6 @@ def with_descriptor(
     own = engine(config, threads=threads)
 
     def prepare(view: RangeView) -> PreparedView:
-        prepared: PreparedView = own.prepare(view)
-        surface = prepared.surface
-        features = surface.features
-        descriptors = descriptor.describe(
-            prepared.mesh, features.indices, features.lrfs, surface.resolution, threads)
-        exchanged = replace(features, descriptors=frozen(descriptors, np.float32))
-        return replace(prepared, surface=replace(surface, features=exchanged))
+        return exchanged(own.prepare(view), descriptor, threads=threads)
 
     return Contestant(descriptor.name, prepare, own.register)
