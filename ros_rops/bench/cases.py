@@ -10,6 +10,7 @@ from ros_rops.bench import (
     ablation, compare, feature_quality, model, multiview, pairwise, recordings, station, stored,
     synthetic, turntable)
 from ros_rops.bench.paper import case as paper
+from ros_rops.bench.peers import case as peers
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +56,9 @@ CASES = {
     'compare': Case(
         'what became better or worse, beyond noise, from one file of results to another',
         compare.add_arguments, compare.run),
+    'peers': Case(
+        'other programs on the same pairs and views in the same run',
+        peers.add_arguments, peers.run),
     'document': Case(
         'stored results into the sections of BENCHMARKS.md',
         stored.add_arguments, stored.run),

@@ -18,7 +18,7 @@ from ros_rops.bench.model_run import Made, made_apart, Maker, ModelJob, OURS
 from ros_rops.bench.model_score import (
     COMPLETE_DRES, judge_surface, ModelScore, SAMPLES, surface_facts)
 from ros_rops.bench.model_shapes import Scanner
-from ros_rops.bench.peers import open3d_missing
+from ros_rops.bench.peers.roster import missing
 from ros_rops.bench.settings import add_common_arguments, config_of, load_all, report, SEED, teller
 from ros_rops.bench.table import table
 from ros_rops.core.config import Config
@@ -184,9 +184,9 @@ def run(args: argparse.Namespace) -> int:
     if any(not 0 <= noise < 100 for noise in args.noise):
         raise ParameterError(f'--noise: expected at least 0 dres, got {args.noise}')
     tell, config = teller(args), config_of(args, {SEED: args.seed})
-    missing = open3d_missing() if args.peers else None
+    absent = missing('Open3D', ('open3d',)) if args.peers else None
     makers = [{**OURS, **PEERS}[name] for name in args.by]
-    makers += list(PEERS.values()) if args.peers and not missing else []
+    makers += list(PEERS.values()) if args.peers and not absent else []
     results = []
     for case in _cases(args, config, tell):
         results += [raw(case)] if case.reference is not None else []
@@ -195,7 +195,7 @@ def run(args: argparse.Namespace) -> int:
             repeats = args.repeats if maker.name in OURS else 0
             job = ModelJob(case.views, case.dres, config, args.threads, repeats)
             results.append(measure(case, maker, job, args.maps, args.samples))
-    report(args, results, model_table(results) + (f'{missing}\n' if missing else ''))
+    report(args, results, model_table(results) + (f'{absent}\n' if absent else ''))
     return 0
 
 

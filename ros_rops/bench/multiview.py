@@ -15,8 +15,6 @@ import numpy as np
 from ros_rops.bench.evaluate import evaluate, known_views, KnownView
 from ros_rops.bench.judgement import Placement
 from ros_rops.bench.machine import peak_rss_mib
-from ros_rops.bench.peers import open3d_missing
-from ros_rops.bench.peers_multiway import run_multiway
 from ros_rops.bench.run_folder import Run
 from ros_rops.bench.settings import (
     add_common_arguments, config_of, load_all, report, SEED, teller)
@@ -185,9 +183,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--orders', type=int, default=0, metavar='N',
         help='N random orders (default: the natural order)')
     parser.add_argument('--seed', type=int, default=0, help='seed of the first order')
-    parser.add_argument(
-        '--peers', action='store_true',
-        help="Open3D's all pairs and pose graph on each data set in the same run (slow)")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -202,8 +197,5 @@ def run(args: argparse.Namespace) -> int:
             group, config, orders=args.orders, seed=args.seed, threads=args.threads)
     ]
     cases = run_all(jobs, tell)
-    missing = open3d_missing() if args.peers else None
-    if args.peers and not missing:
-        cases += [run_multiway(one, tell) for one in sets]
-    report(args, cases, multiview_table(cases) + (f'{missing}\n' if missing else ''))
+    report(args, cases, multiview_table(cases))
     return 0

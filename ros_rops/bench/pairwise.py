@@ -6,11 +6,9 @@ import argparse
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-import numpy as np
 from ros_rops.bench.contest import (
     Contestant, cross_pairs, engine, errors_in, PairRecord, prepare_all, run_pairs)
 from ros_rops.bench.evaluation import evaluate_pairs, OVERLAP_BINS, PairTruth
-from ros_rops.bench.peers import available_peers, open3d_missing
 from ros_rops.bench.scores import details, scores
 from ros_rops.bench.settings import (
     add_common_arguments, config_of, load_all, MODES, report, SEED,
@@ -66,18 +64,6 @@ def run_cross(
     return cases
 
 
-def ratio_of_seconds(
-    ours: Sequence[PairRecord], theirs: Sequence[PairRecord]
-) -> dict[str, float]:
-    """Return how many times longer the peer took, preparation of both views included."""
-    mine = np.array([record.seconds_with_prepare for record in ours])
-    other = np.array([record.seconds_with_prepare for record in theirs])
-    return {
-        'seconds_ratio_total': float(other.sum() / mine.sum()),
-        'seconds_ratio_median': float(np.median(other / mine)),
-    }
-
-
 def pairwise_table(cases: Sequence[Mapping[str, Any]]) -> str:
     """Return the table that `rops bench pairwise` prints."""
     rows = []
@@ -89,10 +75,10 @@ def pairwise_table(cases: Sequence[Mapping[str, Any]]) -> str:
             f'{case["correct"]}/{case["pairs"]}', case['recall'], low, middle, high,
             case['accepted'], len(case['wrong_accepted']), case['pairs_all'],
             case['rotation_deg'], case['translation_dres'], case['seconds_prepare'],
-            case['seconds_per_pair'], case.get('seconds_ratio_median')])
+            case['seconds_per_pair']])
     return table(
         ['dataset', 'by', 'mode', 'seed', 'correct', 'recall', *OVERLAP_BINS, 'accepted',
-         'wrong', 'of', 'deg', 'dres', 's/view', 's/pair', 'x slower'], rows)
+         'wrong', 'of', 'deg', 'dres', 's/view', 's/pair'], rows)
 
 
 def _count(case: Mapping[str, Any], key: str) -> int:
@@ -114,9 +100,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--cross', action='store_true',
         help='pairs of views of different data sets (in the same units) instead')
     parser.add_argument(
-        '--peers', action='store_true',
-        help='Open3D on the same pairs in the same run (the extra bench)')
-    parser.add_argument(
         '--seed', type=int, nargs='+', default=[0], help='seeds of the engine, one run each')
 
 
@@ -134,21 +117,7 @@ def run(args: argparse.Namespace) -> int:
             cases += [{**case, **marks} for case in run_cross(sets, contestant, tell)]
             continue
         for one in sets:
-            numbers, ours = run_set(one, contestant, pairs[one.name], tell)
+            numbers, _ = run_set(one, contestant, pairs[one.name], tell)
             cases.append({**numbers, **marks})
-            if args.peers and seed == args.seed[0]:
-                cases += _peer_cases(one, pairs[one.name], ours, tell)
-    missing = open3d_missing() if args.peers else None
-    report(args, cases, pairwise_table(cases) + (f'{missing}\n' if missing else ''))
+    report(args, cases, pairwise_table(cases))
     return 0
-
-
-def _peer_cases(
-    dataset: ReferenceSet, pairs: Sequence[PairTruth], ours: Sequence[PairRecord], tell: Tell
-) -> list[dict[str, Any]]:
-    cases = []
-    for peer in available_peers(dataset.dres):
-        numbers, theirs = run_set(dataset, peer, pairs, tell)
-        marks = {'mode': 'default', 'seed': None}
-        cases.append({**numbers, **marks, **ratio_of_seconds(ours, theirs)})
-    return cases

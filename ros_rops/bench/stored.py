@@ -10,10 +10,12 @@ from ros_rops.bench.ablation import EXPERIMENTS as ABLATION
 from ros_rops.bench.document import section, update_document
 from ros_rops.bench.experiment import Experiment
 from ros_rops.bench.paper.case import EXPERIMENTS as PAPER
+from ros_rops.bench.peers.case import EXPERIMENTS as PEERS
 from ros_rops.bench.results import read_result
 from ros_rops.core.errors import InputError
 
-EXPERIMENTS: dict[str, Experiment] = {one.name: one for one in (*PAPER, *ABLATION)}
+EXPERIMENTS: dict[str, Experiment] = {
+    one.name: one for one in (*PAPER, *PEERS, *ABLATION)}
 
 
 def stored_sections(folder: Path) -> dict[str, str]:

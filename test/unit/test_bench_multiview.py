@@ -4,10 +4,9 @@
 
 import numpy as np
 import pytest
-from reference.bench_sets import Oracle, random_pose, strip_set
+from reference.bench_sets import Oracle, strip_set
 from ros_rops.bench.multiview import (
     make_jobs, multiview_table, named_views, run_apart, run_job, shuffled)
-from ros_rops.bench.peers_multiway import start_poses
 from ros_rops.bench.synthetic import make_job
 from ros_rops.core.config import Config
 from ros_rops.recordings.synthetic import Model
@@ -103,24 +102,6 @@ def test_noise_does_not_lengthen_the_measure_of_errors():
         make_job(sphere(), noise, Config(), views=2, pixels=40, seed=2, threads=1)
         for noise in (0.0, 0.5))
     assert {k.dres for k in clean.known.values()} == {k.dres for k in noisy.known.values()}
-
-
-def test_peers_start_from_the_best_fitting_chain():
-    rng = np.random.default_rng(6)
-    world = [random_pose(rng) for _ in range(4)]
-    # The pair 0-3 is wrong and fits badly; the chain 0-2-1-3 is right.
-    fits = {
-        (i, j): (fitness, np.linalg.inv(world[j]) @ world[i] if right else random_pose(rng))
-        for i, j, fitness, right in (
-            (0, 2, 0.9, True), (1, 2, 0.8, True), (1, 3, 0.7, True), (0, 3, 0.2, False))}
-    for pose, truth in zip(start_poses(4, fits), world, strict=True):
-        np.testing.assert_allclose(pose, np.linalg.inv(world[0]) @ truth, atol=1e-9)
-
-
-def test_peers_leave_a_view_that_no_pair_reaches_where_it_is():
-    fits = {(0, 1): (0.5, random_pose(np.random.default_rng(3)))}
-    np.testing.assert_array_equal(start_poses(3, fits)[2], np.eye(4))
-    assert len(start_poses(2, {})) == 2
 
 
 def test_shuffling_keeps_every_view():

@@ -8,39 +8,44 @@ tree of the best fitting pairs and is optimized with its switchable edges (EVALU
 neither several objects nor views that do not belong.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import combinations
-import time
 from typing import Any
 
 import numpy as np
-from ros_rops.bench.evaluate import evaluate, known_views
-from ros_rops.bench.judgement import Placement
-from ros_rops.bench.peers import ICP_DRES, NORMAL_DRES, PeerView, prepare_view, ransac
-from ros_rops.bench.run_folder import Run
-from ros_rops.bench.truth import ReferenceSet
-from ros_rops.core.types import Floats
+from ros_rops.bench.peers.open3d_pairs import ICP_DRES, PeerView, prepare_view, ransac, refine
+from ros_rops.core.types import Floats, RangeView
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 
 # Pairs that fit less are not even offered to the graph.
 LEAST_FITNESS = 0.1
+Fits = Mapping[tuple[int, int], tuple[float, Floats]]
 
 
-def refined(source: PeerView, target: PeerView, dres: float) -> Any:
-    """Register a pair by RANSAC and two rounds of point-to-plane ICP."""
-    import open3d as o3d
+@dataclass(frozen=True, slots=True)
+class Way:
+    """
+    How Open3D is run.
 
-    registration = o3d.pipelines.registration
-    result = ransac(source, target, dres)
-    for distance in ICP_DRES:
-        result = registration.registration_icp(
-            source.points, target.points, distance * dres, result.transformation,
-            registration.TransformationEstimationPointToPlane())
-    return result
+    Parameters
+    ----------
+    thinned : bool
+        ICP and the graph see the voxelized clouds, as in Open3D's tutorial of multiway
+        registration, instead of all points: quicker, less exact.
+    """
+
+    thinned: bool = False
+
+    def cloud(self, view: PeerView) -> PeerView:
+        """Return the view with the points that ICP and the graph see."""
+        if not self.thinned:
+            return view
+        return PeerView(view.thinned, view.thinned, view.features)
 
 
-def start_poses(count: int, fits: Mapping[tuple[int, int], tuple[float, Floats]]) -> list[Floats]:
+def start_poses(count: int, fits: Fits) -> list[Floats]:
     """
     Chain the best fitting pairs to `T_first_view` (4, 4) of each view.
 
@@ -69,9 +74,7 @@ def start_poses(count: int, fits: Mapping[tuple[int, int], tuple[float, Floats]]
     return poses
 
 
-def optimized(
-    views: Sequence[PeerView], fits: Mapping[tuple[int, int], tuple[float, Floats]], dres: float
-) -> list[Floats]:
+def optimized(views: Sequence[PeerView], fits: Fits, dres: float) -> list[Floats]:
     """Optimize the pose graph; returns `T_object_view` (4, 4) of each view."""
     import open3d as o3d
 
@@ -94,32 +97,33 @@ def optimized(
     return [np.array(node.pose) for node in graph.nodes]
 
 
-def run_multiway(dataset: ReferenceSet, tell: Callable[[str], None]) -> dict[str, Any]:
-    """Register all views of one data set; returns the keys of a multiview case."""
-    import open3d as o3d
+def fit(source: PeerView, target: PeerView, dres: float, way: Way) -> Any:
+    """Register a pair by RANSAC and two rounds of point-to-plane ICP."""
+    start = ransac(source, target, dres)
+    return refine(
+        way.cloud(source), way.cloud(target), start.transformation, dres, plane=True)
 
-    start, start_cpu = time.perf_counter(), time.process_time()
-    views = []
-    for view in dataset.views.values():
-        prepared = prepare_view(view, dataset.dres)
-        prepared.points.estimate_normals(
-            o3d.geometry.KDTreeSearchParamHybrid(NORMAL_DRES * dataset.dres, 30))
-        views.append(prepared)
+
+def multiway(views: Sequence[RangeView], dres: float, way: Way) -> list[Floats]:
+    """
+    Register views of one object.
+
+    Parameters
+    ----------
+    views : sequence of RangeView
+    dres : float
+        Mesh resolution of the set, by which Open3D's lengths are chosen.
+    way : Way
+
+    Returns
+    -------
+    list of (4, 4) float64
+        `T_object_view` of each view; Open3D places every one.
+    """
+    prepared = [prepare_view(view, dres, plane=not way.thinned) for view in views]
     fits = {}
-    pairs = list(combinations(range(len(views)), 2))
-    for number, (i, j) in enumerate(pairs):
-        tell(f'open3d multiway: pair {number + 1} of {len(pairs)}')
-        result = refined(views[i], views[j], dataset.dres)
+    for i, j in combinations(range(len(prepared)), 2):
+        result = fit(prepared[i], prepared[j], dres, way)
         if result.fitness >= LEAST_FITNESS:
             fits[i, j] = (float(result.fitness), np.array(result.transformation))
-    poses = optimized(views, fits, dataset.dres)
-    seconds, cpu = time.perf_counter() - start, time.process_time() - start_cpu
-    names = [f'{dataset.name}/{name}' for name in dataset.views]
-    placements = {n: Placement('0', T) for n, T in zip(names, poses, strict=True)}
-    run = Run(
-        dataset.units, dataset.dres, placements, dict.fromkeys(names, 'placed'), {}, len(pairs))
-    return {
-        'case': 'multiview', 'by': 'open3d multiway', 'datasets': [dataset.name],
-        'order': 'open3d', **evaluate(run, known_views([dataset])).numbers(),
-        'seconds': seconds, 'cpu_seconds': cpu, 'peak_rss_mib': None,
-    }
+    return optimized([way.cloud(view) for view in prepared], fits, dres)

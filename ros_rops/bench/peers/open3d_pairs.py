@@ -1,15 +1,14 @@
 # Copyright 2026 The ros_rops authors
 # SPDX-License-Identifier: Apache-2.0
 """
-Open3D on the same pairs: FPFH with RANSAC or fast global registration, then ICP.
+Open3D on pairs of views: FPFH with RANSAC or fast global registration, then ICP.
 
-The protocol is EVALUATION's: voxels of 2.5 dres, FPFH radius 15 dres, then two rounds of
-point-to-point ICP on all points. A peer has no verdict of its own: it accepts every pair.
+The protocol is EVALUATION's: voxels of 2.5 dres, FPFH radius 15 dres, then two rounds of ICP on
+all points. Open3D has no verdict of its own: it accepts every pair.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-import importlib.util
 from typing import Any
 
 import numpy as np
@@ -25,6 +24,8 @@ FGR_VOXELS = 0.5
 ICP_DRES = (6.0, 2.5)
 SEED = 0
 
+Coarse = Callable[['PeerView', 'PeerView', float], Any]
+
 
 @dataclass(frozen=True, slots=True)
 class PeerView:
@@ -35,36 +36,27 @@ class PeerView:
     features: Any
 
 
-def open3d_missing() -> str | None:
-    """Return why there is no comparison with Open3D, None where it is installed."""
-    if importlib.util.find_spec('open3d') is None:
-        return "Open3D is not installed (pip install 'ros_rops[bench]'): no comparison"
-    return None
+def open3d_contestant(name: str, dres: float, coarse: Coarse, *, plane: bool) -> Contestant:
+    """Return Open3D as a contestant: `coarse`, then ICP, point to plane where asked for."""
+    return Contestant(
+        name, lambda view: prepare_view(view, dres, plane=plane),
+        lambda source, target: register(source, target, dres, coarse, plane=plane))
 
 
-def available_peers(dres: float) -> list[Contestant]:
-    """Return the peers that are installed, for views of mesh resolution `dres`."""
-    if open3d_missing():
-        return []
+def prepare_view(view: RangeView, dres: float, *, plane: bool = False) -> PeerView:
+    """
+    Thin a view, estimate normals that face the sensor, and compute FPFH.
 
-    def prepare(view: RangeView) -> PeerView:
-        return prepare_view(view, dres)
-
-    return [
-        Contestant('open3d ransac', prepare, lambda i, j: register(i, j, dres, ransac)),
-        Contestant('open3d fgr', prepare, lambda i, j: register(i, j, dres, fast_global)),
-    ]
-
-
-def prepare_view(view: RangeView, dres: float) -> PeerView:
-    """Thin a view, estimate normals that face the sensor, and compute FPFH."""
+    Where `plane` is set, all points get normals too, for point-to-plane ICP.
+    """
     import open3d as o3d
 
     # Open3D refuses read-only arrays.
     points = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(view.points.copy()))
     thinned = points.voxel_down_sample(VOXEL_DRES * dres)
     search = o3d.geometry.KDTreeSearchParamHybrid
-    thinned.estimate_normals(search(NORMAL_DRES * dres, 30))
+    for cloud in (thinned, points) if plane else (thinned,):
+        cloud.estimate_normals(search(NORMAL_DRES * dres, 30))
     if view.sensor.kind == 'pinhole':
         thinned.orient_normals_towards_camera_location(np.asarray(view.sensor.origin))
     else:
@@ -101,25 +93,29 @@ def fast_global(source: PeerView, target: PeerView, dres: float) -> Any:
         source.thinned, target.thinned, source.features, target.features, option)
 
 
-def refine(source: PeerView, target: PeerView, T: Floats, distances: Sequence[float]) -> Any:
-    """Refine a transform by one round of point-to-point ICP for each distance."""
+def refine(
+    source: PeerView, target: PeerView, T: Floats, dres: float, *, plane: bool = False
+) -> Any:
+    """Refine a transform by two rounds of ICP, reaching 6 and 2.5 dres, on all points."""
     import open3d as o3d
 
     registration = o3d.pipelines.registration
+    kind = registration.TransformationEstimationPointToPlane if plane \
+        else registration.TransformationEstimationPointToPoint
     result = None
-    for distance in distances:
+    for distance in ICP_DRES:
         result = registration.registration_icp(
-            source.points, target.points, distance, T,
-            registration.TransformationEstimationPointToPoint())
+            source.points, target.points, distance * dres, T, kind())
         T = result.transformation
     return result
 
 
-def register(source: PeerView, target: PeerView, dres: float, coarse: Any) -> Answer:
+def register(
+    source: PeerView, target: PeerView, dres: float, coarse: Coarse, *, plane: bool = False
+) -> Answer:
     """Register a pair: `coarse` (ransac or fast_global), then two rounds of ICP."""
     start = coarse(source, target, dres)
-    fine = refine(
-        source, target, start.transformation, [distance * dres for distance in ICP_DRES])
+    fine = refine(source, target, start.transformation, dres, plane=plane)
     return Answer(
         Status.PLACED, np.array(fine.transformation),
         numbers={'fitness': fine.fitness, 'inlier_rmse': fine.inlier_rmse})

@@ -1,0 +1,25 @@
+# Copyright 2026 The ros_rops authors
+# SPDX-License-Identifier: Apache-2.0
+"""Case `peers`: other programs on the same data in the same run."""
+
+import argparse
+
+from ros_rops.bench.experiment import Experiment
+from ros_rops.bench.laboratory import add_laboratory_arguments, run_laboratory
+from ros_rops.bench.peers.pairs import PAIRS
+from ros_rops.bench.peers.views import VIEWS
+
+EXPERIMENTS: tuple[Experiment, ...] = (
+    PAIRS,
+    VIEWS,
+)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of `rops bench peers`."""
+    add_laboratory_arguments(parser, EXPERIMENTS, count='+')
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run `rops bench peers`; returns the exit code."""
+    return run_laboratory('peers', args, EXPERIMENTS)
