@@ -18,7 +18,7 @@ from ros_rops.bench.model_run import Made, made_apart, Maker, ModelJob, OURS
 from ros_rops.bench.model_score import (
     COMPLETE_DRES, judge_surface, ModelScore, SAMPLES, surface_facts)
 from ros_rops.bench.model_shapes import Scanner
-from ros_rops.bench.peers.roster import missing
+from ros_rops.bench.peers.extras import open3d_missing
 from ros_rops.bench.settings import add_common_arguments, config_of, load_all, report, SEED, teller
 from ros_rops.bench.table import table
 from ros_rops.core.config import Config
@@ -184,7 +184,7 @@ def run(args: argparse.Namespace) -> int:
     if any(not 0 <= noise < 100 for noise in args.noise):
         raise ParameterError(f'--noise: expected at least 0 dres, got {args.noise}')
     tell, config = teller(args), config_of(args, {SEED: args.seed})
-    absent = missing('Open3D', ('open3d',)) if args.peers else None
+    absent = open3d_missing() if args.peers else None
     makers = [{**OURS, **PEERS}[name] for name in args.by]
     makers += list(PEERS.values()) if args.peers and not absent else []
     results = []

@@ -6,12 +6,14 @@ import argparse
 
 from ros_rops.bench.experiment import Experiment
 from ros_rops.bench.laboratory import add_laboratory_arguments, run_laboratory
+from ros_rops.bench.peers.descriptor import DESCRIPTOR
 from ros_rops.bench.peers.pairs import PAIRS
 from ros_rops.bench.peers.views import VIEWS
 
 EXPERIMENTS: tuple[Experiment, ...] = (
     PAIRS,
     VIEWS,
+    DESCRIPTOR,
 )
 
 

@@ -9,8 +9,9 @@ import numpy as np
 from ros_rops.bench.contest import PairRecord, Prepared
 from ros_rops.bench.evaluation import overlap_bin, OVERLAP_BINS, PairTruth
 from ros_rops.bench.experiment import Case, Experiment, Laboratory
+from ros_rops.bench.peers.extras import missing
 from ros_rops.bench.peers.pair_run import PairJob, PairRounds, run_peer
-from ros_rops.bench.peers.roster import missing, OURS, ROSTER
+from ros_rops.bench.peers.roster import OURS, ROSTER
 from ros_rops.bench.scores import scores, share
 from ros_rops.bench.table import table
 from ros_rops.bench.truth import ReferenceSet

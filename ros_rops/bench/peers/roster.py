@@ -1,17 +1,13 @@
 # Copyright 2026 The ros_rops authors
 # SPDX-License-Identifier: Apache-2.0
-"""Who takes part in the contest on pairs, what each needs, and what is missing here."""
+"""Who takes part in the contest on pairs, and what each needs."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
-import importlib.util
 
 from ros_rops.bench.contest import Contestant, engine
 from ros_rops.bench.peers import kiss, open3d_pairs
 from ros_rops.core.config import Config
-
-# Names to install by, of modules that have others.
-PIP = {'kiss_matcher': 'kiss-matcher', 'small_gicp': 'small-gicp'}
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,15 +27,6 @@ class Peer:
     name: str
     needs: tuple[str, ...]
     make: Callable[[float, Config, int], Contestant]
-
-
-def missing(peer: str, needs: tuple[str, ...]) -> str | None:
-    """Return why a peer cannot take part, None where it can."""
-    absent = [name for name in needs if importlib.util.find_spec(name) is None]
-    if not absent:
-        return None
-    names = ' and '.join(PIP.get(name, name) for name in absent)
-    return f"{peer}: {names} not installed (pip install 'ros_rops[bench]'), no comparison"
 
 
 OURS = 'ros_rops'

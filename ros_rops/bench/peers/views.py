@@ -14,8 +14,9 @@ from ros_rops.bench.judgement import Placement
 from ros_rops.bench.machine import peak_rss_mib
 from ros_rops.bench.multiview import Job, make_jobs, run_job
 from ros_rops.bench.peers.apart import run_apart
+from ros_rops.bench.peers.extras import open3d_missing
 from ros_rops.bench.peers.open3d_views import multiway, Way
-from ros_rops.bench.peers.roster import missing, OURS
+from ros_rops.bench.peers.roster import OURS
 from ros_rops.bench.run_folder import Run
 from ros_rops.bench.table import table
 from ros_rops.bench.truth import ReferenceSet
@@ -57,7 +58,7 @@ def run_open3d(given: Whole) -> dict[str, Any]:
 
 def run(laboratory: Laboratory) -> list[dict[str, Any]]:
     """Measure ours and Open3D's ways on every set; Open3D missing is a line too."""
-    absent = missing('Open3D', NEEDS)
+    absent = open3d_missing()
     cases: list[dict[str, Any]] = [{'by': 'Open3D', 'missing': absent}] if absent else []
     for dataset in laboratory.sets:
         job, = make_jobs(

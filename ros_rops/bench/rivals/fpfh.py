@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from ros_rops.bench.peers import open3d_missing
+from ros_rops.bench.peers.extras import open3d_missing
 from ros_rops.bench.rivals.descriptor import Descriptor
 from ros_rops.core.types import Floats, Ints, RangeMesh
 
