@@ -5,7 +5,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from ros_rops.bench.evaluation import evaluate_pairs, PairTruth
 from ros_rops.bench.truth import ReferenceSet
@@ -14,6 +14,7 @@ from ros_rops.recordings.synthetic import Model
 
 # One line of a result as plain JSON values: what was measured, on what, by whom.
 Case = Mapping[str, Any]
+Kept = TypeVar('Kept')
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +51,14 @@ class Laboratory:
     tell: Callable[[str], None] = lambda text: None
     folders: Mapping[str, Path] = field(default_factory=dict)
     _pairs: dict[str, list[PairTruth]] = field(default_factory=dict)
+    _kept: dict[str, Any] = field(default_factory=dict)
+
+    def once(self, key: str, make: Callable[[], Kept]) -> Kept:
+        """Return what `make` gives, made at the first call with this key and kept."""
+        if key not in self._kept:
+            self._kept[key] = make()
+        kept: Kept = self._kept[key]
+        return kept
 
     def pairs(self, dataset: ReferenceSet) -> list[PairTruth]:
         """Return all pairs i < j of a set with their truth, worked out once."""

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from ros_rops.core.config import CcvConfig
 from ros_rops.core.errors import ParameterError, ShapeError
-from ros_rops.core.se3 import fit_rigid, move, nearest_rotations, rigid
+from ros_rops.core.se3 import fit_rigid, nearest_rotations, rigid
 from ros_rops.core.types import Floats, frozen, Ints
+from ros_rops.kernels.inliers import count_near
 from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
@@ -125,16 +126,7 @@ def count_inliers(
     ParameterError
         If `radius` is not positive.
     """
-    _check_length('radius', radius)
-    counts = np.zeros(len(transforms), dtype=np.int32)
-    if not len(source) or not len(target):
-        return counts
-    tree = cKDTree(target)
-    for k, transform in enumerate(transforms):
-        distance, _ = tree.query(
-            move(transform, source), distance_upper_bound=radius, workers=threads or -1)
-        counts[k] = np.count_nonzero(distance < radius)
-    return counts
+    return count_near(source, target, transforms, radius, threads=threads)
 
 
 def best_by_count(counts: Ints, support: Ints) -> int | None:

@@ -6,11 +6,16 @@ import argparse
 
 from ros_rops.bench.experiment import Experiment
 from ros_rops.bench.laboratory import add_laboratory_arguments, run_laboratory
-from ros_rops.bench.paper import table2
+from ros_rops.bench.paper import fig4, fig5, fig9, table1, table2, times
 
 # In the order of the paper.
 EXPERIMENTS: tuple[Experiment, ...] = (
+    table1.EXPERIMENT,
     table2.EXPERIMENT,
+    fig4.EXPERIMENT,
+    fig5.EXPERIMENT,
+    fig9.EXPERIMENT,
+    times.EXPERIMENT,
 )
 
 

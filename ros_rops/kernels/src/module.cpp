@@ -14,6 +14,7 @@ void bind_sight(pybind11::module_& m);
 void bind_volume(pybind11::module_& m);
 void bind_consensus(pybind11::module_& m);
 void bind_winding(pybind11::module_& m);
+void bind_inliers(pybind11::module_& m);
 }  // namespace rops
 
 PYBIND11_MODULE(_kernels, m) {
@@ -28,4 +29,5 @@ PYBIND11_MODULE(_kernels, m) {
   rops::bind_volume(m);
   rops::bind_consensus(m);
   rops::bind_winding(m);
+  rops::bind_inliers(m);
 }
