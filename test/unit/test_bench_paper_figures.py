@@ -9,7 +9,6 @@ import pytest
 from ros_rops.bench.errors import PairErrors
 from ros_rops.bench.evaluation import PairTruth
 from ros_rops.bench.experiment import Laboratory
-from ros_rops.bench.paper.choices import PAPER_CHOICES, paper_config
 from ros_rops.bench.paper.engine_pairs import correct_errors, EnginePair, EngineRun, pair_case
 from ros_rops.bench.paper.fig4 import FIG4
 from ros_rops.bench.paper.fig5 import by_overlap, FIG5
@@ -125,15 +124,13 @@ def test_times_show_the_paper_beside():
     assert cells(text, 'Chef (paper)')[3:5] == ['1309', '60']
 
 
-def test_the_papers_choices_are_those_of_its_file():
+def test_features_alone_are_exchanged():
     stated = load_config(ROOT / 'config' / 'paper.yaml').to_flat()
-    assert paper_config(Config()).to_flat() == stated
-    own = features_of(Config(), 'ours').to_flat()
-    default = Config().to_flat()
+    assert features_of(Config(), 'paper').to_flat() == stated
+    own, default = features_of(Config(), 'ours').to_flat(), Config().to_flat()
     differ = {name for name in stated if own[name] != stated[name]}
     assert differ and all(name.startswith(('keypoints.', 'lrf.', 'rops.')) for name in differ)
     assert {own[name] == default[name] for name in differ} == {True}
-    assert set(PAPER_CHOICES) >= {name for name in stated if stated[name] != default[name]}
 
 
 def test_what_is_kept_is_made_once():

@@ -8,10 +8,10 @@ import time
 from typing import Any
 
 import numpy as np
+from ros_rops.bench.ablation_variants import PAPER
 from ros_rops.bench.contest import errors_in
 from ros_rops.bench.errors import CORRECT_DEG, PairErrors
 from ros_rops.bench.experiment import Experiment, Laboratory
-from ros_rops.bench.paper.choices import PAPER_CHOICES, paper_config
 from ros_rops.bench.paper.engine_pairs import engine_pairs
 from ros_rops.bench.paper.table1_show import notes, show, THRESHOLDS
 from ros_rops.bench.rivals.estimator import Estimator
@@ -64,12 +64,9 @@ def within(error: PairErrors, dres: float) -> bool:
 
 def features_of(config: Config, whose: str) -> Config:
     """Return the paper's choices, with the features of `config` where these are asked for."""
-    paper = paper_config(config)
-    if whose == 'paper':
-        return paper
-    own = config.to_flat()
-    return derive(paper, {
-        name: own[name] for name in PAPER_CHOICES if name.startswith(FEATURES)})
+    return derive(config, {
+        name: value for name, value in PAPER.items()
+        if whose == 'paper' or not name.startswith(FEATURES)})
 
 
 def refined(
