@@ -9,13 +9,13 @@ import pytest
 from ros_rops.bench.errors import PairErrors
 from ros_rops.bench.evaluation import PairTruth
 from ros_rops.bench.experiment import Laboratory
+from ros_rops.bench.paper import fig4, fig5, fig9, table1, times
 from ros_rops.bench.paper.engine_pairs import correct_errors, EnginePair, EngineRun, pair_case
-from ros_rops.bench.paper.fig4 import FIG4
-from ros_rops.bench.paper.fig5 import by_overlap, FIG5
-from ros_rops.bench.paper.fig9 import FIG9, spread
+from ros_rops.bench.paper.fig5 import by_overlap
+from ros_rops.bench.paper.fig9 import spread
 from ros_rops.bench.paper.histograms import bars, below
-from ros_rops.bench.paper.table1 import features_of, Score, TABLE1, within
-from ros_rops.bench.paper.times import stage_seconds, TIMES
+from ros_rops.bench.paper.table1 import features_of, Score, within
+from ros_rops.bench.paper.times import stage_seconds
 from ros_rops.core.config import Config
 from ros_rops.core.types import Status
 from ros_rops.pipeline.attempt import Attempt
@@ -47,17 +47,17 @@ def test_errors_are_those_of_correct_pairs():
 
 
 def test_tables_say_what_was_counted():
-    shown = cells(FIG5.show([CASE]), 'one')
+    shown = cells(fig5.EXPERIMENT.show([CASE]), 'one')
     assert shown == ['one', '1/2', '1/1', '0/1', '-', '0/1', '-', '-', '-', '2/2', '4/7', '2 of 9']
-    shown = cells(FIG4.show([CASE, {**CASE, 'set': 'two'}]), 'together')
+    shown = cells(fig4.EXPERIMENT.show([CASE, {**CASE, 'set': 'two'}]), 'together')
     # Degrees 0.1, 0.3, 1.0, 0.25 and dres 0.2, 4.9, 1.0, 0.24, twice each.
     assert shown == [
         'together', '8', '0.275', '2', '6', '6', '8', '0.620', '4', '4', '4', '6']
-    found = FIG9.show([{**CASE, 'evaluated': 11}])
+    found = fig9.EXPERIMENT.show([{**CASE, 'evaluated': 11}])
     assert cells(found, 'one') == ['one', '4', '11', '7', '6', '2']
 
 
-@pytest.mark.parametrize('experiment', [FIG5, FIG9])
+@pytest.mark.parametrize('experiment', [fig5.EXPERIMENT, fig9.EXPERIMENT])
 def test_a_plot_has_the_same_bytes_for_the_same_numbers(experiment, tmp_path):
     for name in ('a', 'b'):
         experiment.plot([CASE, {**CASE, 'set': 'two'}, {**CASE, 'set': 'three'}],
@@ -67,9 +67,9 @@ def test_a_plot_has_the_same_bytes_for_the_same_numbers(experiment, tmp_path):
 
 
 def test_a_missing_mesh_is_said():
-    cases = FIG9.run(Laboratory((), (), Config()))
-    assert FIG9.notes(cases) == ['no mesh to render views from (--mesh)']
-    assert '--mesh' not in FIG9.show(cases)
+    cases = fig9.EXPERIMENT.run(Laboratory((), (), Config()))
+    assert fig9.EXPERIMENT.notes(cases) == ['no mesh to render views from (--mesh)']
+    assert '--mesh' not in fig9.EXPERIMENT.show(cases)
 
 
 def test_pairs_are_chosen_evenly_by_overlap():
@@ -105,7 +105,7 @@ def test_thresholds_are_of_translation_with_five_degrees():
     case = score.case('s', 'paper', 'CCV')
     assert case['coarse'] == [0, 0, 0, 1, 1, 1, 1, 1] and case['fine'] == [1] * 8
     assert (case['pairs'], case['none'], case['seconds_median']) == (2, 1, 2.0)
-    shown = TABLE1.show([case])
+    shown = table1.EXPERIMENT.show([case])
     assert cells(shown, 'CCV')[:2] == ['CCV', '0.0 (39.2)']
     assert cells(shown, 'CCV')[4] == '50.0 (65.9)'
     assert cells(shown.split('Each set')[1], 'CCV') == ['CCV', "paper's", '1 / 1 of 2']
@@ -118,7 +118,7 @@ def test_times_show_the_paper_beside():
             'match': {'pairs': 45, 'median': 0.02}, 'thorough': {'pairs': 9, 'median': 1.0}},
         'session': {'seconds': 3.0, 'runs': 1, 'placed': 10, 'attempts': 9,
                     'stages': {'prepare': 1.0, 'ccv': 0.0}}}
-    text = TIMES.show([case])
+    text = times.EXPERIMENT.show([case])
     assert cells(text, 's') == ['s', '45', '0.100', '0.020', '1.000 (in 9)', '0.200']
     assert cells(text.split('whole set')[1], 's ') == ['s', '10/10', '9', '3.0', '0.30', '1.00']
     assert cells(text, 'Chef (paper)')[3:5] == ['1309', '60']
