@@ -43,8 +43,17 @@ OPEN3D = [
     "open3d>=0.20,<0.21; python_version >= '3.13'",
 ]
 
+# Other programs that `rops bench peers` runs beside ours; their wheels are for this platform, and
+# stop at Python 3.12.
+PEERS = [
+    f"{wheel}; sys_platform == 'linux' and platform_machine == 'x86_64' "
+    "and python_version < '3.13'"
+    for wheel in ('kiss-matcher>=1.0.2,<2', 'small-gicp>=1.0.1,<2')
+]
+
 TEST = [
     *OPEN3D,
+    *PEERS,
     'catkin-pkg>=1,<2',
     'cmake>=3.22,<5',
     'colcon-common-extensions>=0.3,<1',
@@ -125,7 +134,7 @@ setup(
         'scipy>=1.11,<2',
         'zstandard>=0.21,<1',
     ],
-    extras_require={'bench': OPEN3D, 'poisson': OPEN3D, 'test': TEST},
+    extras_require={'bench': OPEN3D + PEERS, 'poisson': OPEN3D, 'test': TEST},
     entry_points={'console_scripts': [
         'registration_node = ros_rops.nodes.registration_node:main',
         'replay_node = ros_rops.nodes.replay_node:main',
