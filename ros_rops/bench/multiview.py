@@ -92,7 +92,10 @@ def engine_session(job: Job) -> Any:
     return Session(job.config, threads=job.threads, units=job.units)
 
 
-def run_job(job: Job, open_session: Callable[[Job], Any] = engine_session) -> dict[str, Any]:
+def run_job(
+    job: Job, open_session: Callable[[Job], Any] = engine_session, *, coarse: bool = False,
+    residuals: bool = True,
+) -> dict[str, Any]:
     """
     Run one session and judge it; peak memory is read before the judging.
 
@@ -101,6 +104,10 @@ def run_job(job: Job, open_session: Callable[[Job], Any] = engine_session) -> di
     job : Job
     open_session : callable
         Makes what has the methods of `Session`.
+    coarse : bool
+        Judge the grown shapes too, before their fine registration: `coarse` holds the numbers.
+    residuals : bool
+        Measure the residual too, which takes seconds.
 
     Returns
     -------
@@ -112,17 +119,23 @@ def run_job(job: Job, open_session: Callable[[Job], Any] = engine_session) -> di
     for view in job.views:
         session.add(view)
     added = time.perf_counter()
+    grown = None
+    if coarse:
+        session.settle()
+        grown = run_of(session, job)
     session.finish()
     seconds, cpu = time.perf_counter() - start, time.process_time() - start_cpu
     peak = peak_rss_mib()
     found = run_of(session, job)
-    evaluation = evaluate(found, job.known)
+    evaluation = evaluate(found, job.known, residuals=residuals)
+    before = {} if grown is None else {
+        'coarse': evaluate(grown, job.known, residuals=residuals).numbers()}
     return {
         'case': job.case, 'by': 'ros_rops', 'datasets': list(job.datasets), 'order': job.order,
         **evaluation.numbers(), 'seconds': seconds, 'seconds_add': added - start,
         'seconds_finish': seconds - (added - start), 'cpu_seconds': cpu, 'peak_rss_mib': peak,
         'shapes': dict(Counter(p.shape for p in found.placements.values())),
-        'sequence': [view.name for view in job.views],
+        'sequence': [view.name for view in job.views], **before,
     }
 
 
@@ -140,11 +153,13 @@ def run_of(session: Any, job: Job) -> Run:
         statuses=statuses, centroids={}, attempts=session.attempts)
 
 
-def run_apart(job: Job, open_session: Callable[[Job], Any] = engine_session) -> dict[str, Any]:
+def run_apart(
+    job: Job, open_session: Callable[[Job], Any] = engine_session, *, coarse: bool = False,
+) -> dict[str, Any]:
     """Run a job in a fresh process, so that no other job's memory counts; as `run_job`."""
     context = multiprocessing.get_context('spawn')
     with ProcessPoolExecutor(1, mp_context=context) as pool:
-        return pool.submit(run_job, job, open_session).result()
+        return pool.submit(run_job, job, open_session, coarse=coarse).result()
 
 
 def run_all(jobs: Sequence[Job], tell: Callable[[str], None]) -> list[dict[str, Any]]:

@@ -115,6 +115,14 @@ class Session:
         self._growth.arrive(seed_shape(prepared.surface), self.units)
         return self._report(view.name)
 
+    def settle(self) -> None:
+        """
+        Give waiting views their last chances; the poses of objects stay as they grew (IV-A).
+
+        `finish` does so first of all: only who asks for the coarse poses calls this.
+        """
+        self._growth.settle()
+
     def finish(self) -> None:
         """
         Give waiting views their last chances, then refine all views of each object together.
