@@ -52,7 +52,7 @@ def test_tables_say_what_was_counted():
     shown = cells(fig4.EXPERIMENT.show([CASE, {**CASE, 'set': 'two'}]), 'together')
     # Degrees 0.1, 0.3, 1.0, 0.25 and dres 0.2, 4.9, 1.0, 0.24, twice each.
     assert shown == [
-        'together', '8', '0.275', '2', '6', '6', '8', '0.620', '4', '4', '4', '6']
+        'together', '8', '0.412', '2', '6', '6', '8', '1.585', '4', '4', '4', '6']
     found = fig9.EXPERIMENT.show([{**CASE, 'evaluated': 11}])
     assert cells(found, 'one') == ['one', '4', '11', '7', '6', '2']
 

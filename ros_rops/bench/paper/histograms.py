@@ -30,14 +30,14 @@ def bars(values: Sequence[float]) -> list[int]:
 
 
 def error_table(cases: Sequence[Case]) -> str:
-    """Return, for each set, medians and how many correct pairs err by less than each limit."""
+    """Return, for each set, means and how many correct pairs err by less than each limit."""
     errors = {case['set']: correct_errors(case) for case in cases}
     rows = [_row(name, one) for name, one in errors.items()]
     if len(rows) > 1:
         rows.append(_row('together', [pair for one in errors.values() for pair in one]))
     heads = [f'< {limit:g}' for limit in LIMITS]
     return table(
-        ['set', 'correct', 'median deg', *(f'{head} deg' for head in heads), 'median dres',
+        ['set', 'correct', 'mean deg', *(f'{head} deg' for head in heads), 'mean dres',
          *(f'{head} dres' for head in heads)], rows)
 
 
@@ -45,8 +45,7 @@ def _row(name: str, errors: Sequence[tuple[float, float]]) -> list[object]:
     cells: list[object] = [name, len(errors)]
     for side in (0, 1):
         values = [pair[side] for pair in errors]
-        median = f'{np.median(values):.3f}' if values else None
-        cells += [median, *below(values)]
+        cells += [float(np.mean(values)) if values else None, *below(values)]
     return cells
 
 

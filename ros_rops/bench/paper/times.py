@@ -12,7 +12,7 @@ from ros_rops.bench.multiview import named_views, shuffled
 from ros_rops.bench.paper.engine_pairs import engine_pairs, EngineRun
 from ros_rops.bench.table import table
 from ros_rops.bench.truth import ReferenceSet
-from ros_rops.pipeline.session import Session
+from ros_rops.pipeline.session import SECONDS, Session
 
 # Minutes and views of a whole set (V-B3), MATLAB on a Core i7 of 3.5 GHz.
 PAPER: Mapping[str, tuple[float, int]] = {
@@ -72,7 +72,7 @@ def show(cases: Sequence[Case]) -> str:
 
 def pair_table(cases: Sequence[Case]) -> str:
     """Return medians of a view and a pair by stage."""
-    stages = list(dict.fromkeys(stage for case in cases for stage in case['stages']))
+    stages = [stage for stage in SECONDS if any(stage in case['stages'] for case in cases)]
     rows = []
     for case in cases:
         cells: list[str | None] = []
@@ -89,9 +89,9 @@ def pair_table(cases: Sequence[Case]) -> str:
 
 def set_table(cases: Sequence[Case]) -> str:
     """Return seconds of whole sets, ours and the paper's, and by stage."""
-    stages = list(dict.fromkeys(
-        stage for case in cases for stage, seconds in case['session']['stages'].items()
-        if seconds > 0))
+    stages = [
+        stage for stage in SECONDS
+        if any(case['session']['stages'].get(stage, 0.0) > 0 for case in cases)]
     rows: list[list[object]] = []
     for case in cases:
         one = case['session']
