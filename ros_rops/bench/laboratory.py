@@ -16,6 +16,7 @@ from ros_rops.bench.results import Result, write_result
 from ros_rops.bench.settings import (
     add_common_arguments, config_of, load_all, SEED, teller, write_json)
 from ros_rops.bench.synthetic import read_model
+from ros_rops.core.errors import ParameterError
 
 
 def add_laboratory_arguments(
@@ -48,7 +49,11 @@ def laboratory_of(args: argparse.Namespace) -> Laboratory:
     ------
     InputError
         If a data set or a mesh cannot be read.
+    ParameterError
+        If nothing is to be repeated.
     """
+    if args.repeats < 1:
+        raise ParameterError(f'--repeats: expected at least 1, got {args.repeats}')
     tell = teller(args)
     return Laboratory(
         sets=tuple(load_all(args.datasets, tell)),

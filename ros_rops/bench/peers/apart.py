@@ -20,7 +20,7 @@ def processors(threads: int) -> Iterator[None]:
 
     Libraries that take no number of threads look at the processors they may run on.
     """
-    if not threads or not hasattr(os, 'sched_setaffinity'):
+    if threads <= 0 or not hasattr(os, 'sched_setaffinity'):
         yield
         return
     before = os.sched_getaffinity(0)

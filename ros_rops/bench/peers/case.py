@@ -9,6 +9,7 @@ from ros_rops.bench.laboratory import add_laboratory_arguments, run_laboratory
 from ros_rops.bench.peers.descriptor import DESCRIPTOR
 from ros_rops.bench.peers.pairs import PAIRS
 from ros_rops.bench.peers.views import VIEWS
+from ros_rops.core.errors import ParameterError
 
 EXPERIMENTS: tuple[Experiment, ...] = (
     PAIRS,
@@ -23,5 +24,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run `rops bench peers`; returns the exit code."""
+    """
+    Run `rops bench peers`; returns the exit code.
+
+    Raises
+    ------
+    ParameterError
+        If meshes are given: the contest is on scans.
+    """
+    if args.mesh:
+        raise ParameterError('--mesh: rops bench peers runs on data sets only')
     return run_laboratory('peers', args, EXPERIMENTS)
