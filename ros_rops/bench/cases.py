@@ -11,6 +11,7 @@ from ros_rops.bench import (
     synthetic, turntable)
 from ros_rops.bench.paper import case as paper
 from ros_rops.bench.peers import case as peers
+from ros_rops.bench.scaling import case as scaling
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +60,9 @@ CASES = {
     'peers': Case(
         'other programs on the same pairs and views in the same run',
         peers.add_arguments, peers.run),
+    'scaling': Case(
+        'growth of time, memory and registrations with views and with objects',
+        scaling.add_arguments, scaling.run),
     'document': Case(
         'stored results into the sections of BENCHMARKS.md',
         stored.add_arguments, stored.run),

@@ -63,12 +63,18 @@ def laboratory_of(args: argparse.Namespace) -> Laboratory:
         folders={Path(folder).name: Path(folder) for folder in args.datasets})
 
 
-def command_of(verb: str, args: argparse.Namespace, experiment: Experiment) -> str:
-    """Return the command that makes one result again, paths without their folders."""
+def command_of(
+    verb: str, args: argparse.Namespace, experiment: Experiment, options: Sequence[str] = (),
+) -> str:
+    """
+    Return the command that makes one result again, paths without their folders.
+
+    `options` are words of the case's own.
+    """
     words = ['rops', 'bench', verb, *(f'$D/{Path(name).name}' for name in args.datasets)]
     if args.mesh:
         words += ['--mesh', *(path.name for path in args.mesh)]
-    words += ['--only', experiment.name]
+    words += ['--only', experiment.name, *options]
     for name, default in (('seed', 0), ('repeats', 1), ('threads', 0)):
         if getattr(args, name) != default:
             words += [f'--{name}', str(getattr(args, name))]
@@ -79,9 +85,14 @@ def command_of(verb: str, args: argparse.Namespace, experiment: Experiment) -> s
 
 
 def run_laboratory(
-    verb: str, args: argparse.Namespace, experiments: Sequence[Experiment]
+    verb: str, args: argparse.Namespace, experiments: Sequence[Experiment], *,
+    options: Sequence[str] = (),
 ) -> int:
-    """Run experiments one after another; show, store and document each as soon as it is done."""
+    """
+    Run experiments one after another; show, store and document each as soon as it is done.
+
+    `options` are words of the case's own, for the command that makes a result again.
+    """
     laboratory = laboratory_of(args)
     everything, begun = [], measured_machine()
     for experiment in experiments:
@@ -90,7 +101,7 @@ def run_laboratory(
         facts, start = measured_machine(), time.perf_counter()
         cases = experiment.run(laboratory)
         result = Result(
-            experiment.name, command_of(verb, args, experiment), facts,
+            experiment.name, command_of(verb, args, experiment, options), facts,
             time.perf_counter() - start, cases)
         everything += [{'experiment': experiment.name, **case} for case in cases]
         laboratory.tell('')

@@ -12,10 +12,11 @@ from ros_rops.bench.experiment import Experiment
 from ros_rops.bench.paper.case import EXPERIMENTS as PAPER
 from ros_rops.bench.peers.case import EXPERIMENTS as PEERS
 from ros_rops.bench.results import read_result
+from ros_rops.bench.scaling.case import EXPERIMENTS as SCALING
 from ros_rops.core.errors import InputError
 
 EXPERIMENTS: dict[str, Experiment] = {
-    one.name: one for one in (*PAPER, *PEERS, *ABLATION)}
+    one.name: one for one in (*PAPER, *PEERS, *SCALING, *ABLATION)}
 
 
 def stored_sections(folder: Path) -> dict[str, str]:

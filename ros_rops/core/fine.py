@@ -15,6 +15,7 @@ import math
 import numpy as np
 from ros_rops.core.config import FineConfig
 from ros_rops.core.errors import ShapeError
+from ros_rops.core.fine_pairs import pairs_to_match
 from ros_rops.core.fine_prior import FinePrior
 from ros_rops.core.fine_problem import Problem
 from ros_rops.core.fine_report import ratio, report
@@ -73,6 +74,8 @@ def refine_shape(
     """
     start = _checked(views, poses, resolution)
     problem = Problem(views, start, resolution, config, threads, prior)
+    problem.pairs = pairs_to_match(
+        *problem.placed_samples(), float(np.median(problem.sizes)), config.partners)
     radius, mean, iterations, converged = _rounds(problem)
     problem.put_back()
     return report(problem, radius, mean, iterations, converged)

@@ -49,6 +49,14 @@ class Problem:
         """Return the middles of the views as placed now."""
         return fine_system.frames_of(self.middles, self.sizes, self.poses)
 
+    def placed_samples(self) -> tuple[list[Floats], list[Floats]]:
+        """Return the points and normals of the few samples of each view, where they are now."""
+        points, normals = [], []
+        for view, (rows, pose) in enumerate(zip(self.few, self.poses, strict=True)):
+            points.append(self.points[view][rows] @ pose[:3, :3].T + pose[:3, 3])
+            normals.append(self.surfaces.planes(view).normals[rows] @ pose[:3, :3].T)
+        return points, normals
+
     def sums(self, samples: Sequence[Ints], radius_mr: float, soft_mr: float) -> PairSums:
         """Match `samples` at the present poses and sum every pair."""
         return self.surfaces.normal_equations(

@@ -5,13 +5,13 @@ The linear system of a joint step over all views of a shape.
 
 A motion of view i is (rotation vector times the view's size, translation) about the view's own
 middle, both in the frame of the poses, so that a motion of length 1 moves the view's points by
-about 1 unit whatever the units are. Blocks are (V, V, 6, 6); they are eliminated one by one
-with einsum instead of BLAS, whose sums may change with its number of threads.
+about 1 unit whatever the units are. Blocks are (V, V, 6, 6).
 """
 
 from typing import NamedTuple
 
 import numpy as np
+from ros_rops.core.block_system import between, solve_blocks
 from ros_rops.core.types import Bools, Floats, Ints
 from ros_rops.kernels.fine import PairSums
 from scipy.sparse import coo_array
@@ -97,8 +97,7 @@ def assemble(pairs: Ints, sums: PairSums, keep: Bools, frames: Frames, centre: F
         gradient[j] -= sums.gradient[p]
         weight[i] += sums.weight[p]
         weight[j] += sums.weight[p]
-    blocks = np.einsum('iab,ijbc->ijac', changes, common)
-    blocks = np.einsum('ijab,jcb->ijac', blocks, changes)
+    blocks = between(changes, common, np.swapaxes(changes, 1, 2))
     return System(blocks, -np.einsum('iab,ib->ia', changes, gradient), weight)
 
 
@@ -132,30 +131,13 @@ def solve(
     strong = (stiffness.values >= least_stiffness)[:, None, :]
     keep = np.einsum('vab,vcb->vac', stiffness.motions * strong, stiffness.motions)
     keep[np.unique(components, return_index=True)[1]] = 0.0
-    blocks = np.einsum('iab,ijbc->ijac', keep, system.blocks)
-    blocks = np.einsum('ijab,jbc->ijac', blocks, keep)
+    blocks = between(keep, system.blocks, keep)
     right = np.einsum('iab,ib->ia', keep, system.right)
     held = np.maximum(system.weight, 1.0)[:, None, None]
     diagonal = np.arange(count)
     blocks[diagonal, diagonal] += held * (np.eye(6) - keep * (1.0 - DAMPING))
-    motions: Floats = np.einsum('iab,ib->ia', keep, _eliminate(blocks, right))
+    motions: Floats = np.einsum('iab,ib->ia', keep, solve_blocks(blocks, right))
     return motions
-
-
-def _eliminate(blocks: Floats, right: Floats) -> Floats:
-    """Solve a symmetric positive definite block system (arguments are overwritten)."""
-    count = len(right)
-    inverses = np.zeros((count, 6, 6))
-    for k in range(count):
-        inverses[k] = np.linalg.inv(blocks[k, k])
-        factor = np.einsum('iab,bc->iac', blocks[k + 1:, k], inverses[k])
-        blocks[k + 1:, k + 1:] -= np.einsum('iab,jbc->ijac', factor, blocks[k, k + 1:])
-        right[k + 1:] -= np.einsum('iab,b->ia', factor, right[k])
-    result = np.zeros_like(right)
-    for k in reversed(range(count)):
-        rest = right[k] - np.einsum('jab,jb->a', blocks[k, k + 1:], result[k + 1:])
-        result[k] = np.einsum('ab,b->a', inverses[k], rest)
-    return result
 
 
 def move(poses: Floats, motions: Floats, frames: Frames) -> Floats:

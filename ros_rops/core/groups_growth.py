@@ -63,6 +63,10 @@ class FineConfig(Group):
         1200, 'Points sampled of each view until the poses settle.', low=50, high=1000000)
     samples_last: int = param(
         4000, 'Points sampled of each view in the last rounds.', low=50, high=1000000)
+    partners: int = param(
+        16, 'Views of an object that a view is matched with: up to so many others all of them; of '
+        'more, about so many, those that it overlaps most and some of the rest.',
+        low=4, high=100000)
     least_matches: int = param(
         30, 'Two views with fewer matches (both ways) do not hold each other.',
         low=6, high=100000)
