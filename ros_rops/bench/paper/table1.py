@@ -28,7 +28,7 @@ from ros_rops.pipeline.prepare import prepare
 OURS = 'ours'
 STAGES = ('coarse', 'fine')
 # With our features the cheaper ones are enough to tell what the features change.
-FEW = ('CCV', 'LSF', 'RANSAC-1000', 'RANSAC [17]')
+FEW = ('CCV', 'CCV, refit', 'LSF', 'RANSAC-1000', 'RANSAC [17]')
 # What makes a feature; the rest stays as the paper has it, so that estimators alone differ.
 FEATURES = ('keypoints.', 'lrf.', 'rops.')
 

@@ -92,6 +92,6 @@ def notes(cases: Sequence[Case]) -> list[str]:
         'RANSAC [17] (Masuda 2009): the article could not be had, the paper gives no parameters. '
         'Stands in for it: every match, by its two frames, is a sample of its own (at most '
         '10,000), the best refined with its inliers until these stop growing.',
-        "CCV's row has no refit with the inliers, as III-C has none; RANSAC's have it, as V-A1 "
-        'says.',
+        'CCV is as III-C says; *CCV, refit* adds the fit to the inliers that V-A1 gives to RANSAC '
+        'and, read so, to both.',
     ]

@@ -158,10 +158,27 @@ def ccv(
     source: Surface, target: Surface, pairs: Matched, config: Config, rng: np.random.Generator
 ) -> Floats | None:
     """Return the pose of the group of consistent matches with the most inliers (III-C)."""
+    return _best_group(source, target, pairs, config)[0]
+
+
+def ccv_refit(
+    source: Surface, target: Surface, pairs: Matched, config: Config, rng: np.random.Generator
+) -> Floats | None:
+    """Refine the pose of CCV with its inliers once, as `ransac` does its own."""
+    pose, surfaces = _best_group(source, target, pairs, config)
+    if pose is None:
+        return None
+    refined = surfaces.refit(pose)
+    return pose if refined is None else refined
+
+
+def _best_group(
+    source: Surface, target: Surface, pairs: Matched, config: Config
+) -> tuple[Floats | None, Simplified]:
     groups = consistent(source, target, pairs, config.ccv)
-    counts = Simplified.of(source, target, config.ccv).count(groups.transforms)
-    best = best_by_count(counts, groups.support)
-    return None if best is None else groups.transforms[best]
+    surfaces = Simplified.of(source, target, config.ccv)
+    best = best_by_count(surfaces.count(groups.transforms), groups.support)
+    return (None if best is None else groups.transforms[best]), surfaces
 
 
 def _ransac_of(iterations: int) -> Estimator:
@@ -181,5 +198,7 @@ RANSACS = tuple(_ransac_of(iterations) for iterations in ITERATIONS)
 MASUDA = Estimator(
     'RANSAC [17]', 'after Masuda 2009 (CVIU 113(11)), the article itself not seen', one_match)
 CCV = Estimator('CCV', 'Guo et al. 2014, III-C', ccv)
+# V-A1 may be read so that the best pose of CCV is refined as RANSAC's is; III-C has no such step.
+CCV_REFIT = Estimator('CCV, refit', 'Guo et al. 2014, III-C and V-A1', ccv_refit)
 
-ESTIMATORS: tuple[Estimator, ...] = (CCV, LSF, *RANSACS, MASUDA)
+ESTIMATORS: tuple[Estimator, ...] = (CCV, CCV_REFIT, LSF, *RANSACS, MASUDA)
