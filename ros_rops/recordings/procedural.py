@@ -71,6 +71,39 @@ def bracket() -> Field:
     return field
 
 
+def assembly(seed: int, parts: int = 9) -> Field:
+    """
+    Return a body of blocks, rods and balls of random sizes that grow out of each other.
+
+    Bodies of different seeds are as unlike as tools or toys are; none is symmetric.
+    """
+    rng = np.random.default_rng(seed)
+    middles = [np.zeros(3)]
+    for _ in range(parts - 1):
+        step = rng.normal(size=3)
+        start = middles[rng.integers(len(middles))]
+        middles.append(np.clip(
+            start + rng.uniform(0.025, 0.04) * step / np.linalg.norm(step), -0.06, 0.06))
+    kinds = rng.integers(3, size=parts)
+    sizes = rng.uniform(0.010, 0.030, (parts, 3))
+    turns = np.linalg.qr(rng.normal(size=(parts, 3, 3)))[0]
+
+    def field(points: Floats) -> Floats:
+        body = np.full(points.shape[:-1], np.inf)
+        for kind, middle, size, turn in zip(kinds, middles, sizes, turns, strict=True):
+            own = (points - middle) @ turn
+            if kind == 0:
+                part = _box(own, (0.0, 0.0, 0.0), tuple(size))
+            elif kind == 1:
+                part = _cylinder(own, (0.0, 0.0), (-1.5 * size[2], 1.5 * size[2]), 0.7 * size[0])
+            else:
+                part = _ball(own, (0.0, 0.0, 0.0), 1.1 * size[0])
+            body = _blend(body, part, 0.006)
+        return body
+
+    return field
+
+
 OBJECTS: dict[str, Callable[[], Field]] = {'blob': blob, 'bracket': bracket}
 
 

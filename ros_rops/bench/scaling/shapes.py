@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from ros_rops.recordings.procedural import blob, bracket, mesh_of
+from ros_rops.recordings.procedural import assembly, mesh_of
 from ros_rops.recordings.raycast import Camera
 from ros_rops.recordings.synthetic import Capture, hand_held_poses, Model, render_view
 
@@ -21,7 +21,7 @@ LEAST_AROUND = 16
 
 def distinct_models(given: Sequence[Model], count: int) -> list[Model]:
     """
-    Return `count` models: those given, then the bracket, then blobs of different seeds.
+    Return `count` models: those given, then assemblies of different seeds.
 
     Parameters
     ----------
@@ -31,8 +31,7 @@ def distinct_models(given: Sequence[Model], count: int) -> list[Model]:
     """
     models = list(given[:count])
     for number in range(count - len(models)):
-        name, field = (f'blob{number}', blob(seed=number)) if number else ('bracket', bracket())
-        models.append(Model(*mesh_of(field, CELL_M), name=name))
+        models.append(Model(*mesh_of(assembly(number), CELL_M), name=f'assembly{number}'))
     return [_scaled(model) for model in models]
 
 
