@@ -23,7 +23,9 @@ KEYS = {
     'mcap': None,
     'mcap_ros2': None,
     'numpy': 'python3-numpy',
+    'kiss_matcher': None,
     'open3d': None,
+    'small_gicp': None,
     'PySide6': None,
     'pybind11': 'pybind11-dev',
     'pytest': 'python3-pytest',
@@ -38,7 +40,7 @@ KEYS = {
 # Import name -> name on the package index, where they differ.
 INDEX_NAMES = {
     'mcap_ros2': 'mcap-ros2-support', 'skimage': 'scikit-image', 'yaml': 'pyyaml'}
-OPTIONAL = {'open3d'}
+OPTIONAL = {'kiss_matcher', 'open3d', 'small_gicp'}
 OURS = ('ros_rops', 'msg_adapters', 'meta', 'oracle', 'property', 'reference', 'ros', 'unit')
 # Brought by every ament_python build.
 IMPLIED = {'python3-setuptools'}
