@@ -71,6 +71,17 @@ def test_a_missing_mesh_is_said():
     assert '--mesh' not in fig9.EXPERIMENT.show(cases)
 
 
+@pytest.mark.parametrize('experiment', [
+    table1.EXPERIMENT, fig4.EXPERIMENT, fig5.EXPERIMENT, times.EXPERIMENT],
+    ids=lambda one: one.name)
+def test_no_data_set_is_said_and_stops_nothing(experiment, tmp_path):
+    cases = experiment.run(Laboratory((), (), Config()))
+    assert cases == [] and isinstance(experiment.show(cases), str)
+    assert experiment.notes(cases) == ['no data set with real views was given']
+    if experiment.plot is not None:
+        experiment.plot(cases, tmp_path / 'empty.svg')
+
+
 def pair(overlap, error, accepted=True):
     status = Status.PLACED if accepted else Status.REFUSED
     attempt = Attempt('a', 'b', status, '', {}, {'match': 0.1, 'quick': 0.2})

@@ -113,6 +113,11 @@ def engine_cases(laboratory: Laboratory) -> list[dict[str, Any]]:
     return [pair_case(one, engine_pairs(laboratory, one)) for one in laboratory.sets]
 
 
+def without_sets(cases: Sequence[Case]) -> list[str]:
+    """Say so where there was no data set to measure on."""
+    return [] if cases else ['no data set with real views was given']
+
+
 def correct_errors(case: Case) -> list[tuple[float, float]]:
     """Return degrees and dres of the evaluated pairs of a line that are correct."""
     return [

@@ -5,7 +5,7 @@
 from collections.abc import Sequence
 
 from ros_rops.bench.experiment import Case, Experiment
-from ros_rops.bench.paper.engine_pairs import engine_cases
+from ros_rops.bench.paper.engine_pairs import engine_cases, without_sets
 from ros_rops.bench.paper.histograms import error_table, plot_errors
 
 
@@ -18,7 +18,7 @@ def show(cases: Sequence[Case]) -> str:
 
 def notes(cases: Sequence[Case]) -> list[str]:
     """Say what the reference poses are worth."""
-    return [
+    return without_sets(cases) or [
         'Poses of bunny and dragon_stand are published ones, the others derived; '
         "dragon_stand's are good to about 0.4 degrees and 0.9 dres only."]
 

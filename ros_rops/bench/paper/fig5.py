@@ -9,7 +9,7 @@ import numpy as np
 from ros_rops.bench.errors import PairErrors
 from ros_rops.bench.experiment import Case, Experiment
 from ros_rops.bench.paper.drawing import drawing, saved
-from ros_rops.bench.paper.engine_pairs import engine_cases
+from ros_rops.bench.paper.engine_pairs import engine_cases, without_sets
 from ros_rops.bench.table import table
 
 # Lower ends of the bins, in percent; pairs that overlap by less are not evaluated.
@@ -44,7 +44,7 @@ def show(cases: Sequence[Case]) -> str:
 
 def plot(cases: Sequence[Case], path: Path) -> None:
     """Draw correct and incorrect pairs by overlap, a panel for each set."""
-    with drawing(columns=2, rows=(len(cases) + 1) // 2) as (figure, axes):
+    with drawing(columns=2, rows=max((len(cases) + 1) // 2, 1)) as (figure, axes):
         for axis, case in zip(axes.flat, cases, strict=False):
             right, wrong = by_overlap(case)
             at = np.array(BINS) + 5
@@ -56,7 +56,8 @@ def plot(cases: Sequence[Case], path: Path) -> None:
             axis.set_xlim(10, 100)
         for axis in axes.flat[len(cases):]:
             axis.set_visible(False)
-        axes.flat[0].legend(frameon=False)
+        if cases:
+            axes.flat[0].legend(frameon=False)
         saved(figure, path)
 
 
@@ -65,4 +66,4 @@ EXPERIMENT = Experiment(
     'The same run as Fig. 4: correct (accepted, within 5 degrees and 5 dres) of the evaluated '
     'pairs whose overlap lies in each tenth; the others are refused, ambiguous or wrong. *Wrong '
     'accepted*: of all pairs, those that overlap by less included.',
-    engine_cases, show, plot)
+    engine_cases, show, plot, without_sets)

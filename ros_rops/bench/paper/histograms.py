@@ -63,5 +63,6 @@ def plot_errors(cases: Sequence[Case], path: Path) -> None:
             axis.set_xlabel(name)
             axis.set_ylabel('correct pairs')
             axis.set_xlim(0.0, MOST)
-        axes.flat[0].legend(frameon=False)
+        if cases:
+            axes.flat[0].legend(frameon=False)
         saved(figure, path)

@@ -5,6 +5,7 @@
 from collections.abc import Mapping, Sequence
 
 from ros_rops.bench.experiment import Case
+from ros_rops.bench.paper.engine_pairs import without_sets
 from ros_rops.bench.table import table
 
 THRESHOLDS = (1, 2, 3, 4, 5, 10, 15, 20)
@@ -84,7 +85,7 @@ def _counts(case: Case | None) -> str | None:
 
 def notes(cases: Sequence[Case]) -> list[str]:
     """Say what of the paper is open, and what could not be verified."""
-    return [
+    return without_sets(cases) or [
         'The paper does not say whether Table I is before or after fine registration. Its row '
         'of CCV puts the mean error of the pairs within 5 dres at 0.64 dres even if every pair '
         'had the least error of its column; Table II gives 0.68 for the same pairs. So it is '
