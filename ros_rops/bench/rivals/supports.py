@@ -81,9 +81,9 @@ def shape_indices(points: Floats, normals: Floats, nearest: int, *, threads: int
 
 def curvatures(points: Floats, normals: Floats, nearest: int, *, threads: int) -> Floats:
     """
-    Return principal curvatures (N, 2), the lower first, of fitted quadratic surfaces.
+    Fit quadratic surfaces and return their principal curvatures, the lower first.
 
-    Parameters and sign as for `shape_indices`.
+    Parameters and sign as for `shape_indices`; (N, 2) float64.
     """
     distance, neighbours = cKDTree(points).query(
         points, k=min(nearest, len(points)), workers=threads or -1)
