@@ -8,7 +8,7 @@ import time
 from typing import Any
 
 from ros_rops.bench.contest import (
-    Contestant, engine, errors_in, Prepared, prepare_all, run_pairs)
+    Contestant, engine, errors_in, prepare_all, Prepared, run_pairs)
 from ros_rops.bench.evaluation import overlap_bin, OVERLAP_BINS
 from ros_rops.bench.experiment import Case, Experiment, Laboratory
 from ros_rops.bench.rivals.descriptor import Descriptor, exchanged, rops
