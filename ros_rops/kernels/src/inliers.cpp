@@ -31,7 +31,7 @@ enum Near : std::uint8_t { kFar, kAsk, kNear };
 class Places {
  public:
   Places(const double* points, std::size_t count, double radius)
-      : edge_(radius / 2), square_(radius * radius) {
+      : edge_(radius / 2 * (1 + kMargin)), square_(radius * radius) {
     Point high{};
     for (int a = 0; a < 3; ++a) {
       double low = points[a], top = points[a];
@@ -70,7 +70,7 @@ class Places {
     return product;
   }
 
-  // The points by wide cells of two small ones, at least a radius: neighbours are next to each
+  // The points by wide cells of two small ones, over a radius: neighbours are next to each
   // other there.
   void sort(const double* points, std::size_t count) {
     std::vector<std::size_t> owner(count);
