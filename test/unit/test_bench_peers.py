@@ -21,6 +21,7 @@ from ros_rops.bench.peers.open3d_views import start_poses
 from ros_rops.bench.peers.pair_run import PairJob, PairRounds, run_peer
 from ros_rops.bench.peers.roster import OURS, ROSTER
 from ros_rops.core.config import Config
+from ros_rops.core.errors import InputError
 from ros_rops.core.types import Status
 from ros_rops.recordings.writers import write_dataset
 
@@ -249,6 +250,11 @@ def test_what_it_cannot_do_is_refused(tmp_path, capsys, words, said):
     write_dataset(tmp_path / 's', list(one.views.values()), one.T_world_view, units='m')
     assert main(['peers', str(tmp_path / 's'), *words]) == 2
     assert said in capsys.readouterr().err
+
+
+def test_a_set_of_one_view_has_no_pairs_and_is_named(one_view):
+    with pytest.raises(InputError, match='one: expected at least two views'):
+        pairs.run(Laboratory((one_view,), (), Config()))
 
 
 def test_every_experiment_has_its_place():

@@ -15,6 +15,7 @@ from ros_rops.bench.peers.roster import OURS, ROSTER
 from ros_rops.bench.scores import scores, share
 from ros_rops.bench.table import table
 from ros_rops.bench.truth import ReferenceSet
+from ros_rops.core.errors import InputError
 
 # What a peer says of its own answer; the sign says that more is better, or less.
 OWN_SCORES = {'fitness': 1.0, 'inlier_rmse': -1.0, 'inliers': 1.0}
@@ -22,12 +23,21 @@ RECALL_BELOW, RECALL_MORE = 0.75, 0.2
 
 
 def run(laboratory: Laboratory) -> list[dict[str, Any]]:
-    """Measure all contestants on all sets; who cannot take part is a line too."""
+    """
+    Measure all contestants on all sets; who cannot take part is a line too.
+
+    Raises
+    ------
+    InputError
+        If a set has fewer than two views.
+    """
     absent = {name: missing(name, peer.needs) for name, peer in ROSTER.items()}
     cases: list[dict[str, Any]] = [
         {'by': name, 'missing': why} for name, why in absent.items() if why]
     for dataset in laboratory.sets:
         pairs = tuple(laboratory.pairs(dataset))
+        if not pairs:
+            raise InputError(f'{dataset.name}: expected at least two views, got one')
         ours: PairRounds | None = None
         for name, peer in ROSTER.items():
             if absent[name]:
