@@ -50,10 +50,12 @@ def laboratory_of(args: argparse.Namespace) -> Laboratory:
     InputError
         If a data set or a mesh cannot be read.
     ParameterError
-        If nothing is to be repeated.
+        If nothing is to be repeated, or on less than no threads.
     """
     if args.repeats < 1:
         raise ParameterError(f'--repeats: expected at least 1, got {args.repeats}')
+    if args.threads < 0:
+        raise ParameterError(f'--threads: expected at least 0, got {args.threads}')
     tell = teller(args)
     return Laboratory(
         sets=tuple(load_all(args.datasets, tell)),

@@ -244,7 +244,8 @@ def test_ours_is_run_apart_and_its_records_come_back(one_view):
 
 
 @pytest.mark.parametrize(('words', 'said'), [
-    (['--mesh', 'x.ply'], '--mesh'), (['--repeats', '0'], '--repeats')])
+    (['--mesh', 'x.ply'], '--mesh'), (['--repeats', '0'], '--repeats'),
+    (['--threads', '-1'], '--threads')])
 def test_what_it_cannot_do_is_refused(tmp_path, capsys, words, said):
     one = strip_set()
     write_dataset(tmp_path / 's', list(one.views.values()), one.T_world_view, units='m')
