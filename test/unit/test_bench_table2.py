@@ -32,7 +32,8 @@ def test_every_descriptor_is_run_and_a_missing_one_named(monkeypatch):
     assert cases[0] == {'by': 'absent', 'missing': 'libnothing is not installed'}
     assert [(case['by'], case['mode']) for case in cases[1:]] == [
         (name, mode) for name in ('RoPS', 'place', 'random control')
-        for mode in ('features alone', 'full verification')]
+        for mode in ('features alone', 'full verification')] + [
+        ('RoPS', 'as the paper'), ('place', 'as the paper')]
     for case in cases[1:]:
         assert case['pairs'] == case['pairs_by_overlap']['0.6-1.0'] == 1
         assert case['correct_by_overlap'] == {
