@@ -16,7 +16,8 @@ PREPARED_BY = ('mesh.', 'keypoints.', 'lrf.', 'rops.', 'evidence.')
 
 FEATURES: Mapping[str, object] = {
     'keypoints.method': 'paper', 'keypoints.eigen_ratio': 1.02, 'lrf.method': 'rops',
-    'rops.radius_mr': 15.0, 'matching.neighbours': 1, 'matching.both_directions': False}
+    'rops.radius_mr': 15.0, 'matching.neighbours': 1, 'matching.both_directions': False,
+    'pairwise.half_turns': False}
 # The preset config/paper.yaml, where it differs from the defaults.
 PAPER: Mapping[str, object] = {
     **FEATURES, 'ccv.metric': 'euler', 'ccv.verified': 1000000, 'icp.method': 'paper',
@@ -77,8 +78,9 @@ ON_FEATURES: tuple[Variant, ...] = (
     Variant('margin to the boundary 5 mr (1 mr)', {'keypoints.boundary_mr': 5.0}),
     Variant('frame of RoPS (TOLDI)', {'lrf.method': 'rops'}),
     Variant('radius 15 mr (10 mr)', {'rops.radius_mr': 15.0}),
-    Variant('nearest neighbour (5)', {'matching.neighbours': 1}),
+    Variant('nearest neighbour (3)', {'matching.neighbours': 1}),
     Variant('source to target (both ways)', {'matching.both_directions': False}),
+    Variant('poses of matches as they are (half-turned, too)', {'pairwise.half_turns': False}),
     Variant('CCV groups (each match)', {'pairwise.hypotheses': 'ccv'}),
     Variant('all features and matches as the paper', FEATURES),
 )

@@ -13,7 +13,7 @@ class MatchingConfig(Group):
     """Feature matching (III-B)."""
 
     neighbours: int = param(
-        5, 'Nearest features taken for each feature (the paper: 1).', low=1, high=100)
+        3, 'Nearest features taken for each feature (the paper: 1).', low=1, high=100)
     both_directions: bool = param(
         True, 'Match the target to the source too (the paper: no).')
     most: int = param(
@@ -45,6 +45,9 @@ class PairwiseConfig(Group):
     hypotheses: str = param(
         'matches', 'The pose of every match as it is (matches), or as fitted to the group of '
         'matches consistent with it (ccv).', choices=('matches', 'ccv'))
+    half_turns: bool = param(
+        True, 'Each match also proposes its pose turned by 180 degrees about the normal: at the '
+        'rim of what a view saw, a frame leans to the side seen (the paper: no).')
     random_starts: int = param(
         10000, 'Hypotheses from random pairings of local frames, where the matches alone do '
         'not suffice.', low=0, high=1000000)

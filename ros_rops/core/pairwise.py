@@ -4,7 +4,7 @@
 
 import numpy as np
 from ros_rops.core.config import Config
-from ros_rops.core.hypotheses import consistent, matched
+from ros_rops.core.hypotheses import consistent, half_turned, matched
 from ros_rops.core.pair_result import Lap, PairResult
 from ros_rops.core.paper_pairwise import register_paper
 from ros_rops.core.search import Candidates, random_transforms, search
@@ -55,7 +55,7 @@ def register(
     settings = config.pairwise
     if settings.method == 'paper':
         return register_paper(source, target, config, threads=threads, lap=lap)
-    from_matches = _from_matches(source, target, config, threads)
+    from_matches, matches = _from_matches(source, target, config, threads)
     lap('match')
     starts = random_transforms(
         source, target, settings.random_starts, np.random.default_rng(settings.seed))
@@ -79,18 +79,22 @@ def register(
             known=known)
         verdict = judge(source, target, candidates, config.verdict, known, threads=threads)
         lap('thorough')
-    return _result(source, target, verdict, candidates, len(from_matches))
+    return _result(source, target, verdict, candidates, matches)
 
 
 def _from_matches(
     source: Surface, target: Surface, config: Config, threads: int
-) -> Floats:
+) -> tuple[Floats, int]:
+    """Return the poses that matched features propose, and how many matches there were."""
     if not config.pairwise.matches:
-        return np.empty((0, 4, 4))
+        return np.empty((0, 4, 4)), 0
     pairs = matched(source, target, config, threads=threads)
+    poses = pairs.transforms
     if config.pairwise.hypotheses == 'ccv':
-        return consistent(source, target, pairs, config.ccv).transforms
-    return pairs.transforms
+        poses = consistent(source, target, pairs, config.ccv).transforms
+    if config.pairwise.half_turns:
+        poses = np.concatenate([poses, half_turned(target, pairs)])
+    return poses, len(pairs.matches)
 
 
 def _beyond_doubt(verdict: Verdict, config: Config) -> bool:

@@ -55,10 +55,10 @@ def test_views_are_shared_unless_what_prepares_them_changes():
 
 
 def test_pairs_without_overlap_are_spread_evenly():
-    pairs = [PairTruth(str(k), '', 0.5 if k < 10 else 0.05, None) for k in range(70)]
+    pairs = [PairTruth(str(k), '', (0.5, 0.9)[k % 2] if k < 20 else 0.05, None) for k in range(80)]
     chosen = [int(pair.name_i) for pair in chosen_pairs(pairs)]
-    assert chosen == [*range(10), *range(10, 70, 4)]
-    assert len(chosen_pairs(pairs[:12])) == 12
+    assert chosen == [*range(0, 20, 2), *range(20, 80, 4)]
+    assert len(chosen_pairs(pairs[:22])) == 12
 
 
 @pytest.mark.parametrize(('overlap', 'status'), [(0.51, Status.PLACED), (0.5, Status.REFUSED)])
@@ -91,31 +91,32 @@ class Told:
 
 
 def test_cases_count_right_and_wrong(monkeypatch):
-    dataset = strip_set()  # pairs of overlap 1, 0.9 and 0.7; three without any
-    right = {('view00', 'view02'): 1.0, ('view02', 'view05'): 2.0, ('view00', 'view05'): 7.0,
-             ('view00', 'view30'): 9.0, ('view02', 'view30'): None, ('view05', 'view30'): None}
+    # Pairs of overlap 1 (left out), 0.5 and 0.3; three without any.
+    dataset = strip_set(starts=(0, 7, 9, 30))
+    right = {('view00', 'view07'): 1.0, ('view00', 'view09'): 7.0, ('view00', 'view30'): 9.0,
+             ('view07', 'view30'): None, ('view09', 'view30'): None}
     monkeypatch.setattr(ablation, 'GROUPS', {'all': ({}, (
         Told('ours', Script(dataset, right)),
         Told('none', Script(dataset, dict.fromkeys(right)))))})
     ours, none = run_ablation(Laboratory((dataset,), (), Config()))
-    assert (ours['right'], ours['pairs'], ours['wrong'], ours['unrelated']) == (2, 3, 2, 3)
-    assert ours['right_by_overlap'] == {'0.1-0.3': 0, '0.3-0.6': 0, '0.6-1.0': 2}
+    assert (ours['right'], ours['pairs'], ours['wrong'], ours['unrelated']) == (1, 2, 2, 3)
+    assert ours['right_by_overlap'] == {'0.1-0.3': 0, '0.3-0.6': 1}
     assert (none['right'], none['wrong']) == (0, 0)
 
 
 def test_table_compares_with_ours():
     case = {
         'group': 'all', 'variant': 'ours', 'dataset': 'a', 'pairs': 3, 'right': 2, 'wrong': 1,
-        'unrelated': 5, 'pairs_by_overlap': {'0.1-0.3': 1, '0.3-0.6': 2, '0.6-1.0': 0},
-        'right_by_overlap': {'0.1-0.3': 0, '0.3-0.6': 2, '0.6-1.0': 0}, 'seconds': 2.0,
+        'unrelated': 5, 'pairs_by_overlap': {'0.1-0.3': 1, '0.3-0.6': 2},
+        'right_by_overlap': {'0.1-0.3': 0, '0.3-0.6': 2}, 'seconds': 2.0,
         'seconds_prepare': 1.0}
     cases = [case, {**case, 'dataset': 'b'}, {**case, 'variant': 'other', 'seconds': 3.0},
              {**case, 'variant': 'other', 'dataset': 'b', 'seconds': 7.0, 'right': 3}]
     lines = [[cell.strip() for cell in line.strip('|').split('|')]
              for line in show_ablation(cases).splitlines() if line.startswith('|')]
     assert lines[0] == [
-        'all', 'a', 'b', 'together', '0.1-0.3', '0.3-0.6', '0.6-1.0', 'wrong', 'time', 'prepare']
-    assert lines[2] == ['ours', '2/3', '2/3', '4/6', '0/2', '4/4', '0/0', '2/16', '1.00', '1.00']
+        'all', 'a', 'b', 'together', '0.1-0.3', '0.3-0.6', 'wrong', 'time', 'prepare']
+    assert lines[2] == ['ours', '2/3', '2/3', '4/6', '0/2', '4/4', '2/16', '1.00', '1.00']
     assert lines[3][1:4] == ['2/3', '3/3', '5/6']
     assert lines[3][-2] == '2.50'
 
