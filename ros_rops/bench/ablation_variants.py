@@ -83,6 +83,11 @@ ON_FEATURES: tuple[Variant, ...] = (
     Variant('poses of matches as they are (half-turned, too)', {'pairwise.half_turns': False}),
     Variant('CCV groups (each match)', {'pairwise.hypotheses': 'ccv'}),
     Variant('all features and matches as the paper', FEATURES),
+    # A fifth of the starts joins the quick search, which is all there is with 20 poses refined.
+    Variant('random starts instead, 2,000 scored', {
+        'pairwise.matches': False, 'pairwise.random_starts': 10000}),
+    Variant('random starts instead, 10,000 scored', {
+        'pairwise.matches': False, 'pairwise.random_starts': 50000}),
 )
 # Measured on the whole engine.
 ON_SEARCH: tuple[Variant, ...] = (
