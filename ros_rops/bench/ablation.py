@@ -24,11 +24,11 @@ BINS = tuple(key for key, (_, high) in OVERLAP_BINS.items() if high <= EASY_OVER
 ABOUT = f"""Every choice that the paper made otherwise, exchanged alone; parameters in
 `ros_rops/bench/ablation_variants.py`. Counted is what is correct and accepted, of the pairs that
 overlap by 0.1 to {EASY_OVERLAP} (beyond, even all of the paper's together find every pair of the
-four sets). *wrong*: accepted but not correct, of these and of {UNRELATED} pairs a set that overlap less, evenly spread. *time*: wall
-seconds of all pairs as a multiple of ours in the same run; *prepare*: the same for the preparation
-of the views. Random starts make up for much that features lose, so choices about features are
-measured on **RoPS alone** (no random starts, at most 20 poses refined), those about the search on
-the **whole engine**."""
+four sets). *wrong*: accepted but not correct, of these and of {UNRELATED} pairs a set that overlap
+less, evenly spread. *time*: wall seconds of all pairs as a multiple of ours in the same run;
+*prepare*: the same for the preparation of the views. Random starts make up for much that features
+lose, so choices about features are measured on **RoPS alone** (no random starts, at most 20 poses
+refined), those about the search on the **whole engine**."""
 
 
 def chosen_pairs(pairs: Sequence[PairTruth]) -> list[PairTruth]:
