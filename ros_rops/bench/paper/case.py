@@ -6,7 +6,8 @@ import argparse
 
 from ros_rops.bench.experiment import Experiment
 from ros_rops.bench.laboratory import add_laboratory_arguments, run_laboratory
-from ros_rops.bench.paper import fig4, fig5, fig9, table1, table2, times
+from ros_rops.bench.paper import (
+    fig11, fig4, fig5, fig9, table1, table2, table3, table4, table5, table6, times)
 
 # In the order of the paper.
 EXPERIMENTS: tuple[Experiment, ...] = (
@@ -15,6 +16,11 @@ EXPERIMENTS: tuple[Experiment, ...] = (
     fig4.EXPERIMENT,
     fig5.EXPERIMENT,
     fig9.EXPERIMENT,
+    table3.EXPERIMENT,
+    table4.EXPERIMENT,
+    fig11.EXPERIMENT,
+    table5.EXPERIMENT,
+    table6.EXPERIMENT,
     times.EXPERIMENT,
 )
 
