@@ -15,7 +15,7 @@ SETUP := setup.py pyproject.toml .ci/make_venv
 OVERLAY := .ci/make_overlay $(wildcard .ci/overlay/*/* .ci/overlay/*/*/*)
 CODE := ros_rops setup.py test .ci/generate.py .ci/draw_station.py $(wildcard msg_adapters launch)
 
-.PHONY: help demo test lint format types pytest generate clean
+.PHONY: help demo test lint format types pytest baseline generate clean
 help:
 	@sed -n 's/^# //p' Makefile | head -3
 
@@ -35,6 +35,9 @@ types: $(VENV)/.ready-test
 
 pytest: $(VENV)/.ready-test
 	$(BIN)/python -m pytest
+
+baseline: $(VENV)/.ready
+	$(BIN)/rops bench short --json test/baseline/short.json
 
 generate: $(VENV)/.ready
 	$(BIN)/python .ci/generate.py

@@ -72,6 +72,7 @@ TEST = [
     'pybind11>=2.12,<4',
     'pydocstyle>=6.3,<7',
     'pytest>=8,<10',
+    'pytest-xdist>=3.7,<4',
     # Its Chromium opens report.html; 6.8, the long-term release, is the one that was tried.
     "pyside6-addons>=6.8,<6.9; sys_platform == 'linux'",
     'ruff>=0.6,<1',

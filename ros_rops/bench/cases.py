@@ -7,8 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ros_rops.bench import (
-    ablation, compare, feature_quality, model, multiview, pairwise, recordings, station, stored,
-    synthetic, turntable)
+    ablation, compare, feature_quality, model, multiview, pairwise, recordings, short, station,
+    stored, synthetic, turntable)
 from ros_rops.bench.paper import case as paper
 from ros_rops.bench.peers import case as peers
 from ros_rops.bench.scaling import case as scaling
@@ -54,6 +54,9 @@ CASES = {
     'ablation': Case(
         "each choice of ours exchanged for the paper's, one at a time",
         ablation.add_arguments, ablation.run),
+    'short': Case(
+        "a minute's measurement of everything, held against a stored one",
+        short.add_arguments, short.run),
     'compare': Case(
         'what became better or worse, beyond noise, from one file of results to another',
         compare.add_arguments, compare.run),

@@ -12,7 +12,6 @@ class Kind(Enum):
     PARAMETER = 'parameter'  # tells cases apart
     WRONG = 'wrong'          # wrong answers: each one counts
     RIGHT = 'right'          # right answers
-    TALLY = 'tally'          # right ones of many small things, as features
     SHARE = 'share'          # of 1, more is better
     COST = 'cost'            # work done, counted
     ERROR = 'error'          # distances and angles
@@ -50,8 +49,7 @@ _IN_FULL = (
 )
 _WORDS = {
     Kind.WRONG: {'wrong', 'merges', 'splits', 'merged', 'split', 'false', 'folded'},
-    Kind.RIGHT: {'correct', 'placed'},
-    Kind.TALLY: {'right', 'inliers'},
+    Kind.RIGHT: {'correct', 'placed', 'right'},
     Kind.SHARE: {'recall', 'precision', 'completeness', 'auc'},
     Kind.COST: {'attempts', 'registrations'},
     Kind.SECONDS: {'seconds', 's', 'ms'},

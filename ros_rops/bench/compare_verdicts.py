@@ -29,6 +29,8 @@ SLOWER_MANY, SLOWER_FEW, SLOWER_ELSEWHERE = 0.15, 0.25, 0.40
 ERROR_SHARE, ERROR_LEAST = 0.10, 0.01
 MEMORY_SHARE, MEMORY_LEAST = 0.15, 16.0
 SHARE_LEAST = 0.005
+COUNTLESS = 500
+"""So many are features and the like, which rounding moves; fewer are pairs and views."""
 NAMED = 4
 
 
@@ -91,8 +93,6 @@ class Judge:
             return _wrong(a, b)
         if kind in (Kind.RIGHT, Kind.COST):
             return self._counted(kind, a, b)
-        if kind is Kind.TALLY:
-            return _tally(a, b)
         if kind is Kind.SECONDS:
             return self._seconds(path, a, b)
         limits = {Kind.ERROR: (ERROR_SHARE, ERROR_LEAST), Kind.SHARE: (0.0, SHARE_LEAST),
@@ -106,8 +106,10 @@ class Judge:
         up = State.WORSE if kind is Kind.COST else State.BETTER
         if len(one) > 1:
             return _repeated(one, other, up)
-        values = float(np.sum(_values(a))), float(np.sum(_values(b)))
-        return Verdict(_state(values[1] - values[0], up), f'{values[0]:g}', f'{values[1]:g}')
+        values = float(np.sum(one)), float(np.sum(other))
+        rise = values[1] - values[0]
+        many = min(values) >= COUNTLESS and abs(rise) <= 2.6 * math.sqrt(sum(values))
+        return Verdict(_state(0.0 if many else rise, up), *(f'{value:g}' for value in values))
 
     def _flags(self, a: Series, b: Series) -> Verdict:
         common = [item for item in a if item in b]
@@ -242,14 +244,6 @@ def _wrong(a: Series, b: Series) -> Verdict:
         counts[1] - counts[0], State.WORSE)
     why = '; '.join(' '.join(filter(None, name)) for name in new[:NAMED])
     return Verdict(state, f'{counts[0]:g}', f'{counts[1]:g}', f'new: {why}' if new else '')
-
-
-def _tally(a: Series, b: Series) -> Verdict:
-    """Compare counts of many small things: beyond the noise of the counts themselves."""
-    one, other = (float(np.sum(values)) for values in _paired(a, b))
-    beyond = abs(other - one) > 2.6 * math.sqrt(one + other)
-    state = _state(other - one, State.BETTER) if beyond else State.SAME
-    return Verdict(state, f'{one:g}', f'{other:g}')
 
 
 def _repeated(one: Sequence[float], other: Sequence[float], up: State) -> Verdict:

@@ -65,10 +65,11 @@ def parse_change(text: str) -> tuple[str, object]:
 
 def add_common_arguments(
     parser: argparse.ArgumentParser, *, metavar: str = 'DATASET',
-    what: str = 'folder with views/ and reference_poses.json', count: str = '+',
+    what: str = 'folder with views/ and reference_poses.json', count: str | None = '+',
 ) -> None:
     """Declare the options that all cases take, and what they are run on, `count` of these."""
-    parser.add_argument('datasets', nargs=count, metavar=metavar, help=what)
+    if count is not None:
+        parser.add_argument('datasets', nargs=count, metavar=metavar, help=what)
     parser.add_argument('--json', metavar='FILE', help='write the numbers there')
     parser.add_argument(
         '--threads', type=int, default=0, help='threads of the engine, 0 for all (default)')

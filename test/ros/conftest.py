@@ -6,9 +6,11 @@ import os
 from pathlib import Path
 import shutil
 
-# Before rclpy is imported. Linux keeps the ports of domains 0 to 101 free of ephemeral ones.
+from reference.domains import own_domain
+
+# Before rclpy is imported.
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-os.environ['ROS_DOMAIN_ID'] = str(1 + os.getpid() % 101)
+os.environ['ROS_DOMAIN_ID'] = str(own_domain())
 os.environ['ROS_PYTHON_CHECK_FIELDS'] = '1'
 SHARED_MEMORY = Path('/dev/shm')
 if SHARED_MEMORY.is_dir() and shutil.disk_usage(SHARED_MEMORY).free > 2**30:

@@ -15,6 +15,7 @@ import zipfile
 
 from meta.tree import files, ROOT
 import pytest
+from reference.domains import own_domain
 
 pytestmark = pytest.mark.slow
 
@@ -99,7 +100,7 @@ def _start_and_end(program: Path, workspace: Path, **extra: str) -> None:
          f'-p output.folder:="{workspace}/runs"'], cwd=workspace, text=True,
         env={**environment, **extra, 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
              'ROS_LOG_DIR': str(workspace / 'log'),
-             'ROS_DOMAIN_ID': str(1 + os.getpid() % 101)},
+             'ROS_DOMAIN_ID': str(own_domain(17))},
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     deadline = time.monotonic() + LIMIT_S
     try:
