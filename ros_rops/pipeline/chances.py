@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import time
 
 from ros_rops.core.config import Config
-from ros_rops.core.shape_growing import plausibility, Shape
+from ros_rops.core.shape_growing import plausibility, promise, Shape
 
 Pair = tuple[int, int]
 
@@ -50,6 +50,7 @@ class Chances:
         self._values: dict[Pair, float] = {}
         self._careful: set[Pair] = set()
         self._tried: set[Pair] = set()
+        self._promises: dict[Pair, float] = {}
         self._vain: dict[Pair, Vain] = {}
 
     def of(
@@ -71,6 +72,24 @@ class Chances:
             if value >= least and (again or self._is_new(a, b, value, shape)):
                 found.append(Chance(value, small, large))
         return sorted(found, key=lambda c: (-c.plausibility, c.smaller, c.larger))
+
+    def keeps_promise(self, chance: Chance, shape: Callable[[int], Shape]) -> bool:
+        """
+        Whether a plausible pair still scores as much once its poses are refined.
+
+        Where it does not, that counts as tried in vain until the shapes have grown.
+        """
+        pair = pair_of(chance.smaller, chance.larger)
+        small, large = shape(chance.smaller), shape(chance.larger)
+        if pair not in self._promises:
+            started = time.perf_counter()
+            self._promises[pair] = promise(
+                small.surface, large.surface, self._config, threads=self._threads)
+            self._seconds['screen'] += time.perf_counter() - started
+        if self._promises[pair] >= self._config.growth.plausible:
+            return True
+        self.fail(chance, small.size + large.size)
+        return False
 
     def spend(self, chance: Chance) -> None:
         """Note that a pair is tried now."""
@@ -97,6 +116,7 @@ class Chances:
         for pair in stale:
             self._values.pop(pair, None)
             self._vain.pop(pair, None)
+            self._promises.pop(pair, None)
         return bool(stale)
 
     def hopes(self, small: int, large: int) -> dict[int, float]:
@@ -120,6 +140,7 @@ class Chances:
         self._careful = {k for k in self._careful if key not in k}
         self._tried = {k for k in self._tried if key not in k}
         self._vain = {k: v for k, v in self._vain.items() if key not in k}
+        self._promises = {k: v for k, v in self._promises.items() if key not in k}
 
     def _is_new(
         self, a: int, b: int, value: float, shape: Callable[[int], Shape]

@@ -73,9 +73,15 @@ class Growth:
         while True:
             chances = self._chances_of(
                 self._likeliest_pairs(), self._config.growth.least, careful=True, again=True)
-            if not chances:
+            chance = next((c for c in chances if self._worth_it(c)), None)
+            if chance is None:
                 return
-            self._try(chances[0])
+            self._try(chance)
+
+    def _worth_it(self, chance: Chance) -> bool:
+        """Whether to try at the end: a view that waits always, two objects if they promise."""
+        both = {chance.smaller, chance.larger} <= self._object_ids.keys()
+        return not both or self._chances.keeps_promise(chance, self._shape)
 
     def reconsider(self) -> bool:
         """
@@ -191,14 +197,13 @@ class Growth:
                 key, tries = merged, 0
 
     def _best_of(self, key: int, least: float) -> Chance | None:
+        # Where there is but one to try, asking for its promise spares nothing.
         others = [k for k in sorted(self._shapes) if k != key]
-        for group in (
-            [k for k in others if k in self._object_ids],
-            [k for k in others if k not in self._object_ids],
-        ):
-            chances = self._chances_of([pair_of(k, key) for k in group], least)
-            if chances:
-                return chances[0]
+        objects = [k for k in others if k in self._object_ids]
+        for group in (objects, [k for k in others if k not in self._object_ids]):
+            for chance in self._chances_of([pair_of(k, key) for k in group], least):
+                if len(group) == 1 or self._chances.keeps_promise(chance, self._shape):
+                    return chance
         return None
 
     def _chances_of(
