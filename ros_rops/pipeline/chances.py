@@ -73,9 +73,11 @@ class Chances:
                 found.append(Chance(value, small, large))
         return sorted(found, key=lambda c: (-c.plausibility, c.smaller, c.larger))
 
-    def keeps_promise(self, chance: Chance, shape: Callable[[int], Shape]) -> bool:
+    def keeps_promise(
+        self, chance: Chance, shape: Callable[[int], Shape], least: float
+    ) -> bool:
         """
-        Whether a plausible pair still scores as much once its poses are refined.
+        Whether a plausible pair scores at least `least` once its poses are refined.
 
         Where it does not, that counts as tried in vain until the shapes have grown.
         """
@@ -86,7 +88,7 @@ class Chances:
             self._promises[pair] = promise(
                 small.surface, large.surface, self._config, threads=self._threads)
             self._seconds['screen'] += time.perf_counter() - started
-        if self._promises[pair] >= self._config.growth.plausible:
+        if self._promises[pair] >= least:
             return True
         self.fail(chance, small.size + large.size)
         return False

@@ -79,9 +79,10 @@ class Growth:
             self._try(chance)
 
     def _worth_it(self, chance: Chance) -> bool:
-        """Whether to try at the end: a view that waits always, two objects if they promise."""
+        """Whether to try at the end: a view that waits always, two objects if it might do."""
         both = {chance.smaller, chance.larger} <= self._object_ids.keys()
-        return not both or self._chances.keeps_promise(chance, self._shape)
+        least = self._config.verdict.score_least
+        return not both or self._chances.keeps_promise(chance, self._shape, least)
 
     def reconsider(self) -> bool:
         """
@@ -197,12 +198,12 @@ class Growth:
                 key, tries = merged, 0
 
     def _best_of(self, key: int, least: float) -> Chance | None:
-        # Where there is but one to try, asking for its promise spares nothing.
         others = [k for k in sorted(self._shapes) if k != key]
         objects = [k for k in others if k in self._object_ids]
         for group in (objects, [k for k in others if k not in self._object_ids]):
             for chance in self._chances_of([pair_of(k, key) for k in group], least):
-                if len(group) == 1 or self._chances.keeps_promise(chance, self._shape):
+                enough = self._config.growth.plausible  # one alone is tried without asking
+                if len(group) == 1 or self._chances.keeps_promise(chance, self._shape, enough):
                     return chance
         return None
 
