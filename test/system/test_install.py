@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The package as users install it, by pip and by colcon. Truth: what the install must hold."""
 
+from collections.abc import Iterator
 import importlib.util
 import os
 from pathlib import Path
@@ -38,6 +39,16 @@ def source(tmp_path) -> Path:
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copy2(path, target)
     return tmp_path / 'src' / 'ros_rops'
+
+
+@pytest.fixture(scope='module', autouse=True)
+def compiled_once(tmp_path_factory) -> Iterator[None]:
+    """Let the copies share what is compiled: the first install compiles all, the others link."""
+    script = f'{ROOT / "test" / "reference" / "compile_once.sh"} {tmp_path_factory.mktemp("kept")}'
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv('CC', f'{script} {os.environ.get("CC", "gcc")}')
+        patch.setenv('CXX', f'{script} {os.environ.get("CXX", "g++")}')
+        yield
 
 
 def _run(words: list[str], folder: Path, **extra: str) -> str:
