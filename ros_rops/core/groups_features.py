@@ -15,6 +15,9 @@ class MeshConfig(Group):
         1.5, 'Sample an organized view no finer than so many of the steps in which its depths '
         'come (1 mm for many depth cameras); 0 takes every pixel.',
         unit='steps', low=0.0, high=20.0)
+    noise_least: float = param(
+        0.3, 'Even out the noise of a view that has at least so much, in spacings of its points; '
+        '0 leaves views alone.', unit='spacings', low=0.0, high=100.0)
     edge_factor: float = param(
         4.0, 'Drop a triangle whose longest edge exceeds this multiple of the edge length '
         'expected at its place.', low=1.5, high=20.0)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from ros_rops.core.config import Config
 from ros_rops.core.errors import ViewError
 from ros_rops.core.mesh import build_mesh
+from ros_rops.core.noise import evened
 from ros_rops.core.sampling import coarsened
 from ros_rops.core.surface import make_surface, Surface
 from ros_rops.core.types import RangeMesh, RangeView
@@ -47,7 +48,8 @@ def prepare(
         If the view holds too little to register, or stray points, or its mesh is by far coarser
         or finer than `resolution`.
     """
-    mesh = build_mesh(coarsened(view, config.mesh), config.mesh)
+    sampled = coarsened(view, config.mesh)
+    mesh = build_mesh(evened(sampled, config.mesh, threads=threads), config.mesh)
     if resolution is not None:
         _check_resolution(view.name, mesh.resolution / resolution, config.growth.resolution_ratio)
     surface = make_surface(

@@ -15,6 +15,7 @@ void bind_volume(pybind11::module_& m);
 void bind_consensus(pybind11::module_& m);
 void bind_winding(pybind11::module_& m);
 void bind_inliers(pybind11::module_& m);
+void bind_smoothing(pybind11::module_& m);
 }  // namespace rops
 
 PYBIND11_MODULE(_kernels, m) {
@@ -30,4 +31,5 @@ PYBIND11_MODULE(_kernels, m) {
   rops::bind_consensus(m);
   rops::bind_winding(m);
   rops::bind_inliers(m);
+  rops::bind_smoothing(m);
 }
