@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ros_rops.bench.ablation_variants import GROUPS, Variant
-from ros_rops.bench.contest import errors_in, PairRecord, Prepared, prepare_all, run_pairs
+from ros_rops.bench.contest import errors_in, PairRecord, prepare_all, Prepared, run_pairs
 from ros_rops.bench.evaluation import overlap_bin, OVERLAP_BINS, PairTruth
 from ros_rops.bench.experiment import Case, Experiment, Laboratory
 from ros_rops.bench.laboratory import add_laboratory_arguments, run_laboratory

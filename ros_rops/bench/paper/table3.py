@@ -63,8 +63,8 @@ def notes(cases: Sequence[Case]) -> list[str]:
 
 EXPERIMENT = Experiment(
     'table3', 'Table III: many views of one object, coarse and fine',
-    "*Coarse*: the grown shape, before its fine registration. Errors are means over the views "
-    "after the best rigid alignment; the residual (dres) needs no reference. Random order. Our "
-    "chef and parasaurolophus are 10 views each of the paper's objects. Exact poses: 24 rendered "
-    "views.",
+    '*Coarse*: the grown shape, before its fine registration. Errors are means over the views '
+    'after the best rigid alignment; the residual (dres) needs no reference. Random order. Our '
+    'chef and parasaurolophus, objects of the paper, have 10 views each. Exact poses: 24 rendered '
+    'views.',
     run, show, notes=notes)
