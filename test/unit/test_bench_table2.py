@@ -27,12 +27,15 @@ def test_every_descriptor_is_run_and_a_missing_one_named(monkeypatch):
         'place', 'nobody',
         lambda mesh, indices, lrfs, unit, threads: mesh.vertices[indices].astype(np.float32))
     monkeypatch.setattr(table2, 'rival_descriptors', lambda radius: (absent, place))
-    cases = table2.run(Laboratory((twins(),), (), Config(), threads=1))
+    laboratory = Laboratory((twins(),), (), Config(), threads=1)
+    cases = table2.run(laboratory)
     json.dumps(cases)
     assert cases[0] == {'by': 'absent', 'missing': 'libnothing is not installed'}
     assert [(case['by'], case['mode']) for case in cases[1:]] == [
-        (name, mode) for name in ('RoPS', 'place', 'random control')
-        for mode in ('features alone', 'full verification')] + [
+        *((name, mode) for name in ('RoPS', 'place')
+          for mode in ('features alone', 'full verification')), *table2.CONTROLS]
+    as_paper = table2.run_as_paper(laboratory)[1:]
+    assert [(case['by'], case['mode']) for case in as_paper] == [
         ('RoPS', 'as the paper'), ('place', 'as the paper')]
     for case in cases[1:]:
         assert case['pairs'] == case['pairs_by_overlap']['0.6-1.0'] == 1

@@ -13,6 +13,7 @@ from ros_rops.bench.paper import (
 EXPERIMENTS: tuple[Experiment, ...] = (
     table1.EXPERIMENT,
     table2.EXPERIMENT,
+    table2.EXPERIMENT_AS_PAPER,
     fig4.EXPERIMENT,
     fig5.EXPERIMENT,
     fig9.EXPERIMENT,
