@@ -73,6 +73,16 @@ class Chances:
                 found.append(Chance(value, small, large))
         return sorted(found, key=lambda c: (-c.plausibility, c.smaller, c.larger))
 
+    def best(
+        self, pairs: Collection[Pair], shape: Callable[[int], Shape], least: float
+    ) -> Chance | None:
+        """Return the most plausible pair; of several, the first that keeps its promise."""
+        for chance in self.of(pairs, shape, least):
+            enough = self._config.growth.plausible  # one alone is tried without asking
+            if len(pairs) == 1 or self.keeps_promise(chance, shape, enough):
+                return chance
+        return None
+
     def keeps_promise(
         self, chance: Chance, shape: Callable[[int], Shape], least: float
     ) -> bool:

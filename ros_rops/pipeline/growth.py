@@ -24,6 +24,9 @@ from ros_rops.pipeline.reports import ViewReport
 from ros_rops.pipeline.station import StationWatch
 from ros_rops.pipeline.words import outlier, Words
 
+# An object that is so many times as plausible as it must be is tried before views that wait.
+LIKELY = 2.0
+
 
 class Growth:
     """
@@ -71,8 +74,9 @@ class Growth:
     def settle(self) -> None:
         """Try all that has a chance at all, best first, until nothing fits any more."""
         while True:
-            chances = self._chances_of(
-                self._likeliest_pairs(), self._config.growth.least, careful=True, again=True)
+            chances = self._chances.of(
+                self._likeliest_pairs(), self._shape, self._config.growth.least, careful=True,
+                again=True)
             chance = next((c for c in chances if self._worth_it(c)), None)
             if chance is None:
                 return
@@ -115,8 +119,9 @@ class Growth:
         pairs: set[tuple[int, int]] = set()
         for key in keys:
             others = [pair_of(key, k) for k in keys if k != key]
-            chances = self._chances_of(others, -1.0, again=True)[:self._config.growth.partners]
-            pairs.update(pair_of(c.smaller, c.larger) for c in chances)
+            chances = self._chances.of(others, self._shape, -1.0, again=True)
+            pairs.update(
+                pair_of(c.smaller, c.larger) for c in chances[:self._config.growth.partners])
         return sorted(pairs)
 
     def objects(self) -> dict[int, Shape]:
@@ -185,7 +190,8 @@ class Growth:
         """
         Let one shape, and what becomes of it, try the others: objects first.
 
-        Views that wait are asked only where no object takes it.
+        Views that wait are asked only where no object is likely to take it; what is more
+        plausible goes first then.
         """
         tries = 0
         while tries < self._config.growth.tries:
@@ -199,19 +205,13 @@ class Growth:
 
     def _best_of(self, key: int, least: float) -> Chance | None:
         others = [k for k in sorted(self._shapes) if k != key]
-        objects = [k for k in others if k in self._object_ids]
-        for group in (objects, [k for k in others if k not in self._object_ids]):
-            for chance in self._chances_of([pair_of(k, key) for k in group], least):
-                enough = self._config.growth.plausible  # one alone is tried without asking
-                if len(group) == 1 or self._chances.keeps_promise(chance, self._shape, enough):
-                    return chance
-        return None
-
-    def _chances_of(
-        self, pairs: list[tuple[int, int]], least: float, *, careful: bool = False,
-        again: bool = False,
-    ) -> list[Chance]:
-        return self._chances.of(pairs, self._shape, least, careful=careful, again=again)
+        objects = [pair_of(k, key) for k in others if k in self._object_ids]
+        waiting = [pair_of(k, key) for k in others if k not in self._object_ids]
+        first = self._chances.best(objects, self._shape, least)
+        if first and first.plausibility >= LIKELY * least:
+            return first
+        found = filter(None, (first, self._chances.best(waiting, self._shape, least)))
+        return max(found, key=lambda chance: chance.plausibility, default=None)
 
     def _shape(self, key: int) -> Shape:
         """Return a shape whose surface is that of its present poses."""
