@@ -34,7 +34,8 @@ types: $(VENV)/.ready-test
 	$(BIN)/mypy
 
 pytest: $(VENV)/.ready-test
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder -m 'not alone'
+	$(BIN)/python -m pytest -m alone
 
 baseline: $(VENV)/.ready
 	$(BIN)/rops bench short --json test/baseline/short.json

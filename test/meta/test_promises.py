@@ -100,6 +100,7 @@ def _seconds(statement: str) -> float:
     return float(run.stdout)
 
 
+@pytest.mark.alone
 def test_import_is_quick():
     # A ratio of two figures of this moment and machine; numpy takes about 0.1 s when idle.
     numpy = min(_seconds('import numpy') for _ in range(3))

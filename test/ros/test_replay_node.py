@@ -104,6 +104,7 @@ def test_facts_go_before_their_view(tmp_path):
         ('view1.ply', 'mm', None), ('view2.ply', 'mm', None)]
 
 
+@pytest.mark.alone
 def test_by_the_clock_with_transforms_from_a_ros1_bag(tmp_path):
     tf2 = pytest.importorskip('tf2_msgs.msg', reason='no tf2_msgs')
     spacing = SECOND // 5

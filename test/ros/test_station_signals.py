@@ -60,6 +60,7 @@ def test_a_second_signal_while_a_registration_is_under_way(tmp_path, second):
     assert words <= _views(tmp_path) <= len(clouds)
 
 
+@pytest.mark.alone
 def test_the_process_ends_before_ros_launch_loses_patience(tmp_path):
     with station(tmp_path) as (process, client):
         handled = client.collect(Header, 'handled', HANDLED)

@@ -91,6 +91,7 @@ def _send(client: Client, frames: list[bytes], pid: int) -> tuple[set[int], list
     return stamps, memory
 
 
+@pytest.mark.alone
 @pytest.mark.slow
 @pytest.mark.skipif(not Path('/proc/self/status').exists(), reason='no /proc on this system')
 def test_a_minute_loses_nothing_and_leaves_nothing(tmp_path: Path) -> None:
