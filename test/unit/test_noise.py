@@ -6,8 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from reference.captures import model
 from reference.smoothing_twin import smooth_twin
-from ros_rops.core.config import MeshConfig
+from ros_rops.bench.contest import engine, errors_in, prepare_all, run_pairs
+from ros_rops.bench.disturbed import noisy
+from ros_rops.bench.evaluation import evaluate_pairs
+from ros_rops.bench.paper.rendered import rendered_set
+from ros_rops.core.config import Config, MeshConfig
 from ros_rops.core.errors import ParameterError, ShapeError
 from ros_rops.core.noise import evened, noise_of
 from ros_rops.core.types import RangeView, SensorModel
@@ -77,6 +82,16 @@ def test_a_depth_step_and_a_stray_point_stay():
     rest = np.arange(len(points)) != 1830
     assert np.abs(smoothed - truth)[rest].max() < 1.0
     assert smoothed[1830] == points[1830, 2]
+
+
+def test_views_of_much_noise_are_registered():
+    clean = rendered_set(model('bracket'), views=3, step_deg=30.0, pixels=120)
+    # 1 dres on every coordinate: none of these pairs is right with `mesh.noise_least` 0.
+    views, pairs = noisy(clean, 1.0, seed=0).views, evaluate_pairs(clean)
+    contestant = engine(Config(), threads=1)
+    prepared = prepare_all(contestant, views, lambda text: None)
+    records = run_pairs(contestant, pairs, prepared, errors_in(clean), lambda text: None)
+    assert len(records) == 3 and all(one.correct for one in records)
 
 
 @pytest.mark.parametrize('columns', [1, 3])

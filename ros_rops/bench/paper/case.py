@@ -7,7 +7,7 @@ import argparse
 from ros_rops.bench.experiment import Experiment
 from ros_rops.bench.laboratory import add_laboratory_arguments, run_laboratory
 from ros_rops.bench.paper import (
-    fig11, fig4, fig5, fig9, table1, table2, table3, table4, table5, table6, times)
+    fig11, fig4, fig5, fig6, fig8, fig9, table1, table2, table3, table4, table5, table6, times)
 
 # In the order of the paper.
 EXPERIMENTS: tuple[Experiment, ...] = (
@@ -16,6 +16,8 @@ EXPERIMENTS: tuple[Experiment, ...] = (
     table2.EXPERIMENT_AS_PAPER,
     fig4.EXPERIMENT,
     fig5.EXPERIMENT,
+    fig6.EXPERIMENT,
+    fig8.EXPERIMENT,
     fig9.EXPERIMENT,
     table3.EXPERIMENT,
     table4.EXPERIMENT,
