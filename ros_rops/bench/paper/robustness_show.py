@@ -192,7 +192,7 @@ def plot_robustness(cases: Sequence[Case], path: Path, disturbance: Disturbance)
             axis.set_ylim(0, 104)
             axis.set_xlim(-0.2, len(levels) - 0.8)
             if lines:
-                axis.legend(frameon=False, fontsize=8)
+                axis.legend(frameon=False, fontsize=8, loc='center left', bbox_to_anchor=(1, 0.5))
         saved(figure, path)
 
 
