@@ -71,18 +71,20 @@ def show(cases: Sequence[Case]) -> str:
     """Return accuracy and completeness, the paper's beside; the objects that only it has."""
     rows: list[list[object]] = []
     for case in cases:
-        paper = PAPER.get(case['set'], (None, None))
+        stated = PAPER.get(case['set'], (None, None))
         if case.get('error') or 'missing' in case:
-            rows.append([case['set'], *(None for _ in range(7)), *paper, None, None])
+            rows.append([case['set'], *(None for _ in range(7)), *stated, None, None])
             continue
         score = case['score']
         rows.append([
             case['set'], f'{case["views"]}/{case["given"]}', score['accuracy'],
             case['score_icp']['accuracy'], case['floor'], _percent(score['completeness']),
-            _percent(score['completeness_seen']), score['median'], *paper, case['seconds_warm'],
+            _percent(score['completeness_seen']), score['median'], *stated, case['seconds_warm'],
             round(case['peak_rss_mib'])])
-    for name in PAPER.keys() - {case['set'] for case in cases}:
-        rows.append([name, *(None for _ in range(7)), *PAPER[name], None, None])
+    ours = {case['set'] for case in cases}
+    for name, paper in PAPER.items():
+        if name not in ours:
+            rows.append([name, *(None for _ in range(7)), *paper, None, None])
     return table(
         ['object', 'views', 'accuracy, dres', 'after ICP', 'points', 'complete, %', 'of seen, %',
          'median', 'paper: accuracy', 'complete, %', 's', 'MiB'], rows)
