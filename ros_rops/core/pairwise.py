@@ -8,6 +8,7 @@ from ros_rops.core.hypotheses import consistent, half_turned, matched
 from ros_rops.core.pair_result import Lap, PairResult
 from ros_rops.core.paper_pairwise import register_paper
 from ros_rops.core.search import Candidates, random_transforms, search
+from ros_rops.core.settling import settled
 from ros_rops.core.station import Known
 from ros_rops.core.surface import Surface
 from ros_rops.core.types import Floats, Status
@@ -43,8 +44,8 @@ def register(
     threads : int
         0 takes all cores; no influence on the result.
     lap : callable
-        Called with 'match', 'quick' and, if it was needed, 'thorough' when that stage has ended
-        (method `paper`: 'match', 'ccv', 'icp').
+        Called with 'match', 'quick', if it was needed 'thorough', and 'settle' when that stage
+        has ended (method `paper`: 'match', 'ccv', 'icp').
     known : Known, optional
         What the station knows of the pose: proposes and objects (not with method `paper`).
 
@@ -79,6 +80,9 @@ def register(
             known=known)
         verdict = judge(source, target, candidates, config.verdict, known, threads=threads)
         lap('thorough')
+    verdict = settled(
+        source, target, verdict, candidates, config, threads=threads, known=known)
+    lap('settle')
     return _result(source, target, verdict, candidates, matches)
 
 

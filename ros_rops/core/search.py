@@ -132,20 +132,42 @@ def search(
     known : Known, optional
         Poses that do not agree with it are no candidates.
     """
-    unit = 0.5 * (source.resolution + target.resolution)
     chosen = _distinct_best(source, target, hypotheses, most, config, threads)
-    radii = unit * np.linspace(config.radius_start_mr, config.radius_end_mr, config.rounds)
-    poses = refine(
-        source.evidence, target.evidence, chosen, radii,
-        samples=config.samples_refine, agree=COARSE_AGREE, threads=threads)
+    poses = _refined(source, target, chosen, config, threads)
     if known is not None:
         poses = poses[known.admits(poses, source, target)]
+    return _ranked(source, target, poses, len(hypotheses), len(chosen), threads)
+
+
+def refined_again(
+    source: Surface, target: Surface, poses: Floats, config: PairwiseConfig, *, threads: int = 0
+) -> Candidates:
+    """Refine poses (P, 4, 4) as `search` does, all of them; the distinct ones, best first."""
+    again = _refined(source, target, poses, config, threads)
+    return _ranked(source, target, again, len(poses), len(poses), threads)
+
+
+def _refined(
+    source: Surface, target: Surface, poses: Floats, config: PairwiseConfig, threads: int
+) -> Floats:
+    unit = 0.5 * (source.resolution + target.resolution)
+    radii = unit * np.linspace(config.radius_start_mr, config.radius_end_mr, config.rounds)
+    return refine(
+        source.evidence, target.evidence, poses, radii,
+        samples=config.samples_refine, agree=COARSE_AGREE, threads=threads)
+
+
+def _ranked(
+    source: Surface, target: Surface, poses: Floats, hypotheses: int, refined: int, threads: int
+) -> Candidates:
+    """Score refined poses; keep those that differ, best first."""
+    unit = 0.5 * (source.resolution + target.resolution)
     values = final_scores(source, target, poses, unit, threads=threads)
     order = np.argsort(-values, kind='stable')
     kept = order[distinct(
         centred(poses[order], source.evidence, target.evidence),
         angle_rad=ONE_ANGLE_RAD, distance=ONE_DISTANCE_MR * unit, most=len(order))]
-    return Candidates(poses[kept], values[kept], len(hypotheses), len(chosen))
+    return Candidates(poses[kept], values[kept], hypotheses, refined)
 
 
 def promising(

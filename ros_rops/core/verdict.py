@@ -174,6 +174,11 @@ def _worth(numbers: Mapping[str, float], config: VerdictConfig) -> tuple[bool, f
     return believed, numbers['score'] / fit
 
 
+def better(verdict: Verdict, other: Verdict, config: VerdictConfig) -> bool:
+    """Tell whether the pose that a verdict is on explains the views better than another's."""
+    return _worth(verdict.numbers, config) > _worth(other.numbers, config)
+
+
 def residual_limit(
     source: Surface, target: Surface, unit: float, config: VerdictConfig
 ) -> float:

@@ -21,7 +21,8 @@ from ros_rops.pipeline.reports import ObjectModel, PlacedView, ViewReport
 from ros_rops.pipeline.station import StationWatch
 from ros_rops.pipeline.units import in_units
 
-SECONDS = ('prepare', 'screen', 'match', 'ccv', 'icp', 'quick', 'thorough', 'grow', 'fine')
+SECONDS = (
+    'prepare', 'screen', 'match', 'ccv', 'icp', 'quick', 'thorough', 'settle', 'grow', 'fine')
 
 
 class Session:
