@@ -44,6 +44,8 @@ class _Image:
     axes : (3, C) float64
         Along which the values were measured; unused for the rays of a pinhole.
     spacing : float
+    tree : cKDTree
+        Of the places, in whatever scale.
     """
 
     points: Ints
@@ -51,6 +53,7 @@ class _Image:
     values: Floats
     axes: Floats
     spacing: float
+    tree: cKDTree
 
 
 def noise_of(view: RangeView) -> float:
@@ -116,7 +119,13 @@ def _grid_image(view: RangeView) -> _Image | None:
     rows, columns = np.nonzero(grid >= 0)
     places = np.stack([columns * (steps[0] / spacing), rows * (steps[1] / spacing)], axis=1)
     points = grid[rows, columns]
-    return _Image(points, places, view.points[points] @ axes / spacing, axes, spacing)
+    return _Image(
+        points, places, view.points[points] @ axes / spacing, axes, spacing, _tree(places))
+
+
+def _tree(places: Floats) -> cKDTree:
+    # A few hundred are asked for: what makes the asking faster costs more than it saves.
+    return cKDTree(places, balanced_tree=False, compact_nodes=False)
 
 
 def _step(across: Floats, first: Ints, second: Ints) -> float:
@@ -133,8 +142,9 @@ def _scattered_image(view: RangeView) -> _Image | None:
     if len(front) <= AROUND:
         return None
     sample = uv[::max(len(uv) // WINDOWS, 1)]
+    tree = _tree(uv)
     # That many neighbours lie in a circle of as many squares of a pixel.
-    radius = float(np.median(cKDTree(uv).query(sample, k=AROUND + 1)[0][:, -1]))
+    radius = float(np.median(tree.query(sample, k=AROUND + 1)[0][:, -1]))
     pitch = radius * math.sqrt(math.pi / AROUND)
     depths = view.points[front] @ np.asarray(view.sensor.direction)
     if view.sensor.kind == 'pinhole':
@@ -143,7 +153,7 @@ def _scattered_image(view: RangeView) -> _Image | None:
     if not spacing > 0:
         return None
     axis = np.asarray(view.sensor.direction)[:, None]
-    return _Image(front, uv / pitch, depths[:, None] / spacing, axis, spacing)
+    return _Image(front, uv / pitch, depths[:, None] / spacing, axis, spacing, tree)
 
 
 def _axes(view: RangeView) -> Floats:
@@ -159,12 +169,15 @@ def _noise(image: _Image) -> float:
     if len(image.places) <= AROUND:
         return 0.0
     sample = np.arange(0, len(image.places), max(len(image.places) // WINDOWS, 1))
-    _, near = cKDTree(image.places).query(image.places[sample], k=AROUND + 1)
+    _, near = image.tree.query(image.tree.data[sample], k=AROUND + 1)
     du, dv = np.moveaxis(image.places[near] - image.places[sample][:, None], 2, 0)
     terms = np.stack([np.ones_like(du), du, dv, du * du, du * dv, dv * dv], axis=2)
     depths = image.values[near, -1] - image.values[sample, -1:]
-    coefficients = np.einsum('spk,sk->sp', np.linalg.pinv(terms), depths)
-    left = depths - np.einsum('skp,sp->sk', terms, coefficients)
+    across = np.swapaxes(terms, 1, 2)
+    # The pseudo-inverse: places in a row leave directions open.
+    inverse = np.linalg.pinv(across @ terms, hermitian=True)
+    coefficients = (inverse @ (across @ depths[:, :, None]))[:, :, 0]
+    left = depths - (terms @ coefficients[:, :, None])[:, :, 0]
     spread = np.sqrt((left**2).sum(axis=1) / (left.shape[1] - terms.shape[2]))
     slopes = coefficients[:, 1]**2 + coefficients[:, 2]**2
     return float(np.median(spread / np.sqrt(1.0 + slopes)))
