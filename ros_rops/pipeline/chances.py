@@ -78,30 +78,37 @@ class Chances:
     ) -> Chance | None:
         """Return the most plausible pair; of several, the first that keeps its promise."""
         for chance in self.of(pairs, shape, least):
-            enough = self._config.growth.plausible  # one alone is tried without asking
-            if len(pairs) == 1 or self.keeps_promise(chance, shape, enough):
+            # One alone is tried without asking.
+            if len(pairs) == 1 or (
+                    self.promise_of(chance, shape) >= self._config.growth.plausible):
                 return chance
+            # That counts as tried in vain until the shapes have grown.
+            self.fail(chance, shape(chance.smaller).size + shape(chance.larger).size)
         return None
 
-    def keeps_promise(
-        self, chance: Chance, shape: Callable[[int], Shape], least: float
-    ) -> bool:
+    def best_partner(
+        self, key: int, chances: Collection[Chance], shape: Callable[[int], Shape], least: float
+    ) -> Chance | None:
         """
-        Whether a plausible pair scores at least `least` once its poses are refined.
+        Return the pair of `key` that promises most, and at least `least`.
 
-        Where it does not, that counts as tried in vain until the shapes have grown.
+        Parts of one object promise each other most; to try all that look alike would cost the
+        square of the number of objects.
         """
+        mine = [chance for chance in chances if key in (chance.smaller, chance.larger)]
+        best = max(mine, key=lambda chance: self.promise_of(chance, shape), default=None)
+        return best if best and self.promise_of(best, shape) >= least else None
+
+    def promise_of(self, chance: Chance, shape: Callable[[int], Shape]) -> float:
+        """Return what a plausible pair scores once its poses are refined, asked for once."""
         pair = pair_of(chance.smaller, chance.larger)
-        small, large = shape(chance.smaller), shape(chance.larger)
         if pair not in self._promises:
             started = time.perf_counter()
             self._promises[pair] = promise(
-                small.surface, large.surface, self._config, threads=self._threads)
+                shape(chance.smaller).surface, shape(chance.larger).surface, self._config,
+                threads=self._threads)
             self._seconds['screen'] += time.perf_counter() - started
-        if self._promises[pair] >= least:
-            return True
-        self.fail(chance, small.size + large.size)
-        return False
+        return self._promises[pair]
 
     def spend(self, chance: Chance) -> None:
         """Note that a pair is tried now."""

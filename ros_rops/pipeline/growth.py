@@ -57,6 +57,7 @@ class Growth:
         self._outdated: set[int] = set()
         self._parted = False
         self._object_ids: dict[int, int] = {}
+        self._asked: set[int] = set()
         self._chances = Chances(config, threads, seconds)
         self._watch = watch
         self._joined = joined
@@ -77,26 +78,25 @@ class Growth:
             chances = self._chances.of(
                 self._likeliest_pairs(), self._shape, self._config.growth.least, careful=True,
                 again=True)
-            chance = next((c for c in chances if self._worth_it(c)), None)
+            objects = self._object_ids.keys()
+            views = [c for c in chances if not {c.smaller, c.larger} <= objects]
+            chance = views[0] if views else self._best_of_an_object(chances)
             if chance is None:
                 return
             self._try(chance)
 
-    def _worth_it(self, chance: Chance) -> bool:
-        """Whether to try at the end: a view that waits always, two objects if it might do."""
-        both = {chance.smaller, chance.larger} <= self._object_ids.keys()
-        least = self._config.verdict.score_least
-        return not both or self._chances.keeps_promise(chance, self._shape, least)
+    def _best_of_an_object(self, chances: Sequence[Chance]) -> Chance | None:
+        """Return the best pair of an object that has not had its one try with another."""
+        for key in sorted(self._object_ids.keys() - self._asked):
+            self._asked.add(key)
+            best = self._chances.best_partner(
+                key, chances, self._shape, self._config.verdict.score_least)
+            if best is not None:
+                return best
+        return None
 
     def reconsider(self) -> bool:
-        """
-        Try again what did not fit shapes whose poses have become better since.
-
-        Returns
-        -------
-        bool
-            Whether two shapes became one.
-        """
+        """Try again what did not fit before poses became better; whether shapes became one."""
         before = len(self._shapes)
         if self._chances.renew(self._outdated) or self._parted:
             self._parted = False
@@ -111,6 +111,7 @@ class Growth:
 
     def forget_trials(self) -> None:
         """Let all be tried again."""
+        self._asked.clear()
         self._chances.renew(self._shapes)
 
     def _likeliest_pairs(self) -> list[tuple[int, int]]:
@@ -187,12 +188,7 @@ class Growth:
         return self._words.report(name, self._object_ids.get(key))
 
     def _grow_from(self, key: int, least: float) -> None:
-        """
-        Let one shape, and what becomes of it, try the others: objects first.
-
-        Views that wait are asked only where no object is likely to take it; what is more
-        plausible goes first then.
-        """
+        """Let one shape, and what becomes of it, try the others: likely objects first."""
         tries = 0
         while tries < self._config.growth.tries:
             chance = self._best_of(key, least)
@@ -293,6 +289,7 @@ class Growth:
         del self._shapes[key]
         self._outdated.discard(key)
         self._object_ids.pop(key, None)
+        self._asked.discard(key)
         self._residuals.pop(key, None)
         self._chances.forget(key)
 

@@ -44,7 +44,7 @@ def errors(pair, verdict):
 
 
 @pytest.mark.parametrize(
-    'axis, degrees', [('x', -30.0), ('y', -30.0), ('z', -30.0), ('z', -25.0), ('z', 30.0)])
+    ('axis', 'degrees'), [('x', -30.0), ('y', -30.0), ('z', -30.0), ('z', -25.0), ('z', 30.0)])
 def test_what_was_left_on_the_way_arrives(pair, axis, degrees):
     _, (source, target) = pair
     candidates, verdict = verdict_on(pair, axis, degrees)
