@@ -22,16 +22,19 @@ OWN_SCORES = {'fitness': 1.0, 'inlier_rmse': -1.0, 'inliers': 1.0}
 RECALL_BELOW, RECALL_MORE = 0.75, 0.2
 
 
-def run(laboratory: Laboratory) -> list[dict[str, Any]]:
+def run(
+    laboratory: Laboratory, names: Sequence[str] = tuple(ROSTER)
+) -> list[dict[str, Any]]:
     """
-    Measure all contestants on all sets; who cannot take part is a line too.
+    Measure the contestants of these names on all sets; who cannot take part is a line too.
 
     Raises
     ------
     InputError
         If a set has fewer than two views.
     """
-    absent = {name: missing(name, peer.needs) for name, peer in ROSTER.items()}
+    roster = {name: peer for name, peer in ROSTER.items() if name in (OURS, *names)}
+    absent = {name: missing(name, peer.needs) for name, peer in roster.items()}
     cases: list[dict[str, Any]] = [
         {'by': name, 'missing': why} for name, why in absent.items() if why]
     for dataset in laboratory.sets:
@@ -39,7 +42,7 @@ def run(laboratory: Laboratory) -> list[dict[str, Any]]:
         if not pairs:
             raise InputError(f'{dataset.name}: expected at least two views, got one')
         ours: PairRounds | None = None
-        for name, peer in ROSTER.items():
+        for name, peer in roster.items():
             if absent[name]:
                 continue
             laboratory.tell(f'{dataset.name}: {name}')
