@@ -25,11 +25,25 @@ def outputs(namespace='', publish=ALL, fixed_frame='', **more):
     found = Outputs(node, NodeConfig(publish=publish), fixed_frame=fixed_frame)
     try:
         with Client(namespace=namespace) as client:
+            client.collect = _known_to_writers(client.collect, node)
             yield SimpleNamespace(out=found, node=node, client=client)
     finally:
         found.close()
         node.destroy_node()
         context.try_shutdown()
+
+
+def _known_to_writers(collect, node):
+    """Wait for the writer, too: what it says before it knows a reader is lost to that one."""
+    def collect_matched(kind, topic, *given, **more):
+        found = collect(kind, topic, *given, **more)
+        wait_for(
+            lambda: any(
+                one.get_subscription_count() for one in node.publishers
+                if one.topic_name.endswith(topic)), f'{topic} knows its reader')
+        return found
+
+    return collect_matched
 
 
 def two_objects(**given):

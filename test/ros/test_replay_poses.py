@@ -42,7 +42,7 @@ def by_nodes(recording: Path, folder: Path, **parameters: object) -> str:
         with replay(namespace, recording=recording, finish=True, save=True, **theirs) as player:
             assert player.wait(200) == 0, player.output
         assert 'could not be' not in player.output
-        path = wait_for(lambda: next(folder.rglob('poses.json'), None), 'a saved run', 100)
+        path = wait_for(lambda: next(folder.glob('run_*/poses.json'), None), 'a saved run', 100)
     assert 'ERROR' not in node.output
     return path.read_text()
 
