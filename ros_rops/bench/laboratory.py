@@ -107,13 +107,14 @@ def run_laboratory(
             time.perf_counter() - start, cases)
         everything += [{'experiment': experiment.name, **case} for case in cases]
         laboratory.tell('')
-        sys.stdout.write(section(experiment, result) + '\n')
+        text = section(experiment, result)
+        sys.stdout.write(text + '\n')
         sys.stdout.flush()
         if args.out:
             write_result(args.out, result)
             if experiment.plot is not None:
                 experiment.plot(cases, args.out / f'{experiment.name}.svg')
         if args.document:
-            update_document(args.document, {experiment.name: section(experiment, result)})
+            update_document(args.document, {experiment.name: text})
     write_json(args, everything, begun)
     return 0
