@@ -132,7 +132,7 @@ def search(
     known : Known, optional
         Poses that do not agree with it are no candidates.
     """
-    chosen = _distinct_best(source, target, hypotheses, most, config, threads)
+    chosen, _ = best_apart(source, target, hypotheses, most, config, threads=threads)
     poses = _refined(source, target, chosen, config, threads)
     if known is not None:
         poses = poses[known.admits(poses, source, target)]
@@ -219,21 +219,30 @@ def _far_apart(
         angle_rad=FAR_ANGLE_RAD, distance=FAR_DISTANCE_MR * unit, most=most)
 
 
-def _distinct_best(
+def best_apart(
     source: Surface,
     target: Surface,
     hypotheses: Floats,
     most: int,
     config: PairwiseConfig,
-    threads: int,
-) -> Floats:
-    """Choose at most `most` hypotheses that score best and differ."""
+    *,
+    threads: int = 0,
+) -> tuple[Floats, float]:
+    """
+    Choose at most `most` hypotheses that score best and differ.
+
+    Returns
+    -------
+    poses : (P, 4, 4) float64
+    score : float
+        The best of all; -inf without any.
+    """
     unit = 0.5 * (source.resolution + target.resolution)
-    poses, _ = promising(source, target, hypotheses, most, config, threads=threads)
+    poses, scores = promising(source, target, hypotheses, most, config, threads=threads)
     about = centred(poses, source.evidence, target.evidence)
     far = _far_apart(source, target, poses, (most + 1) // 2, unit)
     order = np.concatenate([far, np.setdiff1d(np.arange(len(poses)), far)])
     kept = distinct(
         about[order], angle_rad=SAME_ANGLE_RAD, distance=SAME_DISTANCE_MR * unit, most=most)
     chosen: Floats = poses[order[kept]]
-    return chosen
+    return chosen, float(scores[0]) if len(scores) else -math.inf

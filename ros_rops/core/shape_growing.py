@@ -9,7 +9,7 @@ import numpy as np
 
 from ros_rops.core.config import Config
 from ros_rops.core.matching import match, match_transforms
-from ros_rops.core.search import promising, search
+from ros_rops.core.search import best_apart, refined_again
 from ros_rops.core.surface import grow_surface, Surface
 from ros_rops.core.types import Features, Floats
 
@@ -99,14 +99,32 @@ def regrow(
     return shape
 
 
-def plausibility(
+@dataclass(frozen=True, slots=True)
+class Prospect:
+    """
+    What the nearest features of two surfaces say of them, as they are.
+
+    Parameters
+    ----------
+    plausibility : float
+        The best score that the pose of a match reaches; about 0 for surfaces of different
+        objects, -1 without features.
+    poses : (P, 4, 4) float64
+        `T_target_source`; the best of those that differ, best first.
+    """
+
+    plausibility: float
+    poses: Floats
+
+
+def prospect(
     source: Surface,
     target: Surface,
     config: Config,
     *,
     careful: bool = False,
     threads: int = 0,
-) -> float:
+) -> Prospect:
     """
     Tell how likely two surfaces overlap, at a small part of the cost of a registration.
 
@@ -115,6 +133,7 @@ def plausibility(
     source, target : Surface
         At most `growth.votes` features of `source` are matched.
     config : Config
+        At most `pairwise.quick` poses are kept.
     careful : bool
         Match all features of both sides instead.
     threads : int
@@ -122,49 +141,45 @@ def plausibility(
 
     Returns
     -------
-    float
-        The best score that a nearest match reaches as it is; about 0 for surfaces of different
-        objects, -1 without features.
+    Prospect
     """
     voters = source.features if careful else _every(source.features, config.growth.votes)
     nearest = replace(config.matching, neighbours=1, both_directions=careful)
     matches = match(voters, target.features, nearest, threads=threads)
     poses = match_transforms(voters, target.features, matches)
     if not len(poses):
-        return -1.0
-    _, scores = promising(source, target, poses, 1, config.pairwise, threads=threads)
-    return float(scores[0])
+        return Prospect(-1.0, poses)
+    kept, score = best_apart(
+        source, target, poses, max(config.pairwise.quick, 1), config.pairwise, threads=threads)
+    return Prospect(score, kept)
 
 
 def promise(
-    source: Surface, target: Surface, config: Config, *, threads: int = 0
+    source: Surface, target: Surface, poses: Floats, config: Config, *, threads: int = 0
 ) -> float:
     """
-    Tell how well two surfaces fit where their nearest matches put them, once refined.
+    Tell how well two surfaces fit where their features put them, once refined.
 
-    It takes a few times as long as `plausibility` and a part of a registration in vain, but tells
-    objects of like local shape apart: unrefined poses of smooth surfaces all score.
+    It takes as long as the prospect and a part of a registration in vain, but tells objects of
+    like local shape apart: unrefined poses of smooth surfaces all score.
 
     Parameters
     ----------
     source, target : Surface
+    poses : (P, 4, 4) float64
+        `T_target_source`, of their prospect.
     config : Config
-        Refines `pairwise.quick` poses.
     threads : int
         0 takes all cores; no influence on the result.
 
     Returns
     -------
     float
-        The best score that a verdict would rest on; -1 without features.
+        The best score that a verdict would rest on; -1 without poses.
     """
-    nearest = replace(config.matching, neighbours=1, both_directions=True)
-    matches = match(source.features, target.features, nearest, threads=threads)
-    poses = match_transforms(source.features, target.features, matches)
     if not len(poses):
         return -1.0
-    found = search(
-        source, target, poses, max(config.pairwise.quick, 1), config.pairwise, threads=threads)
+    found = refined_again(source, target, poses, config.pairwise, threads=threads)
     return float(found.scores[0])
 
 

@@ -251,6 +251,11 @@ def least_score(numbers: Mapping[str, float], config: VerdictConfig) -> float:
     return config.score_least * max(1.0, config.area_mr2 / numbers['area_mr2'])
 
 
+def against(numbers: Mapping[str, float]) -> float:
+    """Weigh what the rays contradict, as a share of what matches."""
+    return FINAL.front * numbers['in_front'] + FINAL.empty * numbers['unseen']
+
+
 def _word(numbers: Mapping[str, float], config: VerdictConfig) -> tuple[Status, str]:
     least = least_score(numbers, config)
     if numbers['score'] < least:
@@ -262,10 +267,9 @@ def _word(numbers: Mapping[str, float], config: VerdictConfig) -> tuple[Status, 
             f'residual {numbers["residual_mr"]:.2f} mr is above '
             f'{numbers["residual_most_mr"]:.2f}: the surfaces do not fit')
     # The score is an average over whole views: much overlap would buy off a clear objection.
-    against = FINAL.front * numbers['in_front'] + FINAL.empty * numbers['unseen']
-    if against > numbers['contradiction_most']:
+    if against(numbers) > numbers['contradiction_most']:
         return Status.REFUSED, (
-            f'what the rays contradict is {against:.2f} of what matches, above '
+            f'what the rays contradict is {against(numbers):.2f} of what matches, above '
             f'{numbers["contradiction_most"]:.2f}')
     if numbers['stiffness'] < config.stiffness:
         return Status.AMBIGUOUS, (

@@ -60,11 +60,12 @@ class StageClock:
 
 def attempt(
     source: Surface, target: Surface, config: Config, *, threads: int = 0,
-    known: Known | None = None,
+    known: Known | None = None, thorough: bool = True,
 ) -> tuple[PairResult, Attempt]:
     """Register as `register` does, and record it with the time that it took."""
     clock = StageClock()
-    result = register(source, target, config, threads=threads, lap=clock.lap, known=known)
+    result = register(
+        source, target, config, threads=threads, lap=clock.lap, known=known, thorough=thorough)
     return result, Attempt(
         result.source, result.target, result.status, result.reason, result.numbers,
         clock.seconds)

@@ -4,10 +4,11 @@
 
 from collections.abc import Callable, Collection, Mapping, MutableMapping
 from dataclasses import dataclass
+import math
 import time
 
 from ros_rops.core.config import Config
-from ros_rops.core.shape_growing import plausibility, promise, Shape
+from ros_rops.core.shape_growing import promise, Prospect, prospect, Shape
 
 Pair = tuple[int, int]
 
@@ -25,8 +26,21 @@ class Chance:
 class Vain:
     """How plausible two shapes were when they did not fit, and how many views they had."""
 
-    plausibility: float
-    views: int
+    plausibility: float = -math.inf
+    views: int = 0
+
+
+@dataclass(slots=True)
+class _Record:
+    """What is known of a pair; None where nobody asked yet."""
+
+    plausibility: float | None = None
+    careful: bool = False
+    prospect: Prospect | None = None
+    promise: float | None = None
+    tried: bool = False
+    tried_thoroughly: bool = False
+    vain: Vain | None = None
 
 
 class Chances:
@@ -47,29 +61,28 @@ class Chances:
         self._config = config
         self._threads = threads
         self._seconds = seconds
-        self._values: dict[Pair, float] = {}
-        self._careful: set[Pair] = set()
-        self._tried: set[Pair] = set()
-        self._promises: dict[Pair, float] = {}
-        self._vain: dict[Pair, Vain] = {}
+        self._records: dict[Pair, _Record] = {}
 
     def of(
         self, pairs: Collection[Pair], shape: Callable[[int], Shape], least: float, *,
-        careful: bool = False, again: bool = False,
+        careful: bool = False, again: bool = False, thorough: bool = False,
     ) -> list[Chance]:
         """
         Pairs (rising keys) not yet tried that are plausible enough, the most so first.
 
         What was tried in vain before the shapes grew is left out unless they have become more
-        plausible or far larger since, or `again` is set.
+        plausible or far larger since, or `again` is set. `thorough` asks for those not yet tried
+        thoroughly.
         """
         found = []
-        for a, b in pairs:
-            if (a, b) in self._tried:
+        for pair in pairs:
+            record = self._record(*pair)
+            if record.tried_thoroughly if thorough else record.tried:
                 continue
-            small, large = sorted((a, b), key=lambda k: (shape(k).size, -k))
-            value = self._value(small, large, shape, careful)
-            if value >= least and (again or self._is_new(a, b, value, shape)):
+            small, large = sorted(pair, key=lambda k: (shape(k).size, -k))
+            value = self._plausibility(record, small, large, shape, careful)
+            views = shape(small).size + shape(large).size
+            if value >= least and (again or self._is_new(record, value, views)):
                 found.append(Chance(value, small, large))
         return sorted(found, key=lambda c: (-c.plausibility, c.smaller, c.larger))
 
@@ -77,113 +90,124 @@ class Chances:
         self, pairs: Collection[Pair], shape: Callable[[int], Shape], least: float
     ) -> Chance | None:
         """Return the most plausible pair; of several, the first that keeps its promise."""
-        for chance in self.of(pairs, shape, least):
-            # One alone is tried without asking.
-            if len(pairs) == 1 or (
-                    self.promise_of(chance, shape) >= self._config.growth.plausible):
+        for chance in self.of(pairs, shape, least)[:self._config.growth.tries]:
+            # A view that has but one to try does so without asking.
+            alone = len(pairs) == 1 and shape(chance.smaller).size == 1
+            if alone or self.promise_of(chance, shape) >= self._config.verdict.score_sure:
                 return chance
             # That counts as tried in vain until the shapes have grown.
             self.fail(chance, shape(chance.smaller).size + shape(chance.larger).size)
         return None
 
-    def best_partner(
-        self, key: int, chances: Collection[Chance], shape: Callable[[int], Shape], least: float
+    def best_couple(
+        self, chances: Collection[Chance], shape: Callable[[int], Shape], least: float
     ) -> Chance | None:
         """
-        Return the pair of `key` that promises most, and at least `least`.
+        Return the pair that promises most, and at least `least`, of those who prefer each other.
 
         Parts of one object promise each other most; to try all that look alike would cost the
         square of the number of objects.
         """
-        mine = [chance for chance in chances if key in (chance.smaller, chance.larger)]
-        best = max(mine, key=lambda chance: self.promise_of(chance, shape), default=None)
-        return best if best and self.promise_of(best, shape) >= least else None
+        ranked = sorted(
+            chances, key=lambda c: (-self.promise_of(c, shape), c.smaller, c.larger))
+        taken: set[int] = set()
+        for chance in ranked:
+            if self.promise_of(chance, shape) < least:
+                return None
+            if taken.isdisjoint((chance.smaller, chance.larger)):
+                return chance
+            taken.update((chance.smaller, chance.larger))
+        return None
 
     def promise_of(self, chance: Chance, shape: Callable[[int], Shape]) -> float:
         """Return what a plausible pair scores once its poses are refined, asked for once."""
-        pair = pair_of(chance.smaller, chance.larger)
-        if pair not in self._promises:
+        record = self._record(chance.smaller, chance.larger)
+        if record.promise is None:
             started = time.perf_counter()
-            self._promises[pair] = promise(
-                shape(chance.smaller).surface, shape(chance.larger).surface, self._config,
-                threads=self._threads)
+            small, large = shape(chance.smaller).surface, shape(chance.larger).surface
+            # What only was hoped for has no poses yet.
+            found = record.prospect or prospect(
+                small, large, self._config, threads=self._threads)
+            record.promise = promise(
+                small, large, found.poses, self._config, threads=self._threads)
             self._seconds['screen'] += time.perf_counter() - started
-        return self._promises[pair]
+        return record.promise
 
-    def spend(self, chance: Chance) -> None:
+    def spend(self, chance: Chance, *, thorough: bool) -> None:
         """Note that a pair is tried now."""
-        self._tried.add(pair_of(chance.smaller, chance.larger))
+        record = self._record(chance.smaller, chance.larger)
+        record.tried = True
+        record.tried_thoroughly |= thorough
 
     def fail(self, chance: Chance, views: int) -> None:
         """Note that a pair, of so many views together, did not fit."""
-        self._vain[pair_of(chance.smaller, chance.larger)] = Vain(chance.plausibility, views)
+        self._record(chance.smaller, chance.larger).vain = Vain(chance.plausibility, views)
 
     def inherit(self, key: int, *parts: int) -> None:
         """Let a shape know what its parts were tried with in vain."""
-        for (a, b), vain in list(self._vain.items()):
-            if (a in parts) != (b in parts):
-                pair = pair_of(b if a in parts else a, key)
-                known = self._vain.get(pair, vain)
-                self._vain[pair] = Vain(
-                    max(vain.plausibility, known.plausibility), max(vain.views, known.views))
+        for (a, b), record in list(self._records.items()):
+            if record.vain and (a in parts) != (b in parts):
+                heir = self._record(b if a in parts else a, key)
+                known = heir.vain or Vain()
+                heir.vain = Vain(
+                    max(record.vain.plausibility, known.plausibility),
+                    max(record.vain.views, known.views))
 
     def renew(self, keys: Collection[int]) -> bool:
         """Let the pairs of these shapes be tried again; return whether any was tried."""
-        stale = {pair for pair in self._tried if not set(keys).isdisjoint(pair)}
-        self._tried -= stale
-        self._careful -= stale
+        stale = [
+            pair for pair, record in self._records.items()
+            if record.tried and not set(keys).isdisjoint(pair)]
         for pair in stale:
-            self._values.pop(pair, None)
-            self._vain.pop(pair, None)
-            self._promises.pop(pair, None)
+            del self._records[pair]
         return bool(stale)
 
     def hopes(self, small: int, large: int) -> dict[int, float]:
         """Tell what either of two shapes could hope for from each third one."""
         hopes: dict[int, float] = {}
-        for pair, value in self._values.items():
-            if pair in self._tried or len({small, large}.intersection(pair)) != 1:
+        for pair, record in self._records.items():
+            if record.tried or len({small, large}.intersection(pair)) != 1:
                 continue
             other = pair[0] if pair[1] in (small, large) else pair[1]
-            if value >= self._config.growth.plausible:
+            value = record.plausibility
+            if value is not None and value >= self._config.growth.plausible:
                 hopes[other] = max(value, hopes.get(other, value))
         return hopes
 
     def hope(self, key: int, hopes: Mapping[int, float]) -> None:
         """Let a new shape hope for as much."""
-        self._values.update({pair_of(other, key): value for other, value in hopes.items()})
+        for other, value in hopes.items():
+            self._record(other, key).plausibility = value
 
     def forget(self, key: int) -> None:
         """Drop a shape that is no more."""
-        self._values = {k: v for k, v in self._values.items() if key not in k}
-        self._careful = {k for k in self._careful if key not in k}
-        self._tried = {k for k in self._tried if key not in k}
-        self._vain = {k: v for k, v in self._vain.items() if key not in k}
-        self._promises = {k: v for k, v in self._promises.items() if key not in k}
+        self._records = {
+            pair: record for pair, record in self._records.items() if key not in pair}
 
-    def _is_new(
-        self, a: int, b: int, value: float, shape: Callable[[int], Shape]
-    ) -> bool:
-        vain = self._vain.get((a, b))
+    def _record(self, a: int, b: int) -> _Record:
+        return self._records.setdefault(pair_of(a, b), _Record())
+
+    def _is_new(self, record: _Record, value: float, views: int) -> bool:
+        growth, vain = self._config.growth, record.vain
         return (
-            vain is None or value >= self._config.growth.better * vain.plausibility
-            or shape(a).size + shape(b).size >= self._config.growth.larger * vain.views)
+            vain is None or value >= growth.better * vain.plausibility
+            or views >= growth.larger * vain.views)
 
-    def _value(
-        self, small: int, large: int, shape: Callable[[int], Shape], careful: bool
+    def _plausibility(
+        self, record: _Record, small: int, large: int, shape: Callable[[int], Shape],
+        careful: bool,
     ) -> float:
         """Look the value up or compute it; `careful` asks all features once more."""
-        pair = pair_of(small, large)
-        if pair not in (self._careful if careful else self._values):
+        if record.plausibility is None or (careful and not record.careful):
             started = time.perf_counter()
-            value = plausibility(
+            found = prospect(
                 shape(small).surface, shape(large).surface, self._config, careful=careful,
                 threads=self._threads)
-            self._values[pair] = max(value, self._values.get(pair, value))
-            if careful:
-                self._careful.add(pair)
+            if record.plausibility is None or found.plausibility > record.plausibility:
+                record.plausibility, record.prospect = found.plausibility, found
+            record.careful |= careful
             self._seconds['screen'] += time.perf_counter() - started
-        return self._values[pair]
+        return record.plausibility
 
 
 def pair_of(a: int, b: int) -> Pair:

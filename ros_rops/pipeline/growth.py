@@ -8,7 +8,8 @@ it plausible, best first; where two fit they become one, which is then a newcome
 left waits, and tries again when the shapes have grown.
 """
 
-from collections.abc import Callable, Mapping, MutableMapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Collection, Mapping, MutableMapping, Sequence
 from dataclasses import replace
 import time
 
@@ -19,7 +20,7 @@ from ros_rops.core.shape_growing import grow, regrow, Shape
 from ros_rops.core.surface import Surface
 from ros_rops.core.types import Floats, Status, Units
 from ros_rops.pipeline.attempt import Attempt, attempt
-from ros_rops.pipeline.chances import Chance, Chances, pair_of
+from ros_rops.pipeline.chances import Chance, Chances, Pair, pair_of
 from ros_rops.pipeline.reports import ViewReport
 from ros_rops.pipeline.station import StationWatch
 from ros_rops.pipeline.words import outlier, Words
@@ -58,6 +59,8 @@ class Growth:
         self._parted = False
         self._object_ids: dict[int, int] = {}
         self._asked: set[int] = set()
+        self._objected: set[int] = set()
+        self._searches: Counter[int] = Counter()
         self._chances = Chances(config, threads, seconds)
         self._watch = watch
         self._joined = joined
@@ -73,34 +76,58 @@ class Growth:
         self._grow_from(self._insert(shape), self._config.growth.plausible)
 
     def settle(self) -> None:
-        """Try all that has a chance at all, best first, until nothing fits any more."""
+        """Try what has a chance at all, best first, until nothing fits any more."""
+        self._searches.clear()
+        self._settle()
+
+    def _settle(self) -> None:
         while True:
-            chances = self._chances.of(
-                self._likeliest_pairs(), self._shape, self._config.growth.least, careful=True,
-                again=True)
-            objects = self._object_ids.keys()
-            views = [c for c in chances if not {c.smaller, c.larger} <= objects]
-            chance = views[0] if views else self._best_of_an_object(chances)
+            pairs = self._likeliest_pairs()
+            chance = self._best_of_a_view(pairs, thorough=False)
+            if chance:
+                self._try(chance)
+                continue
+            chance = self._best_of_a_view(pairs, thorough=True) or self._best_couple(pairs)
             if chance is None:
                 return
-            self._try(chance)
+            self._try(chance, thorough=True)
 
-    def _best_of_an_object(self, chances: Sequence[Chance]) -> Chance | None:
-        """Return the best pair of an object that has not had its one try with another."""
-        for key in sorted(self._object_ids.keys() - self._asked):
-            self._asked.add(key)
-            best = self._chances.best_partner(
-                key, chances, self._shape, self._config.verdict.score_least)
-            if best is not None:
-                return best
-        return None
+    def _best_of_a_view(self, pairs: Collection[Pair], *, thorough: bool) -> Chance | None:
+        """Return the most plausible untried pair of a view that has no place yet."""
+        objects = self._object_ids.keys()
+        chances = self._chances.of(
+            [pair for pair in pairs if any(
+                key not in objects and self._may_try(key, thorough) for key in pair)],
+            self._shape,
+            self._config.growth.least, careful=True, again=True, thorough=thorough)
+        return chances[0] if chances else None
+
+    def _may_try(self, key: int, thorough: bool) -> bool:
+        """Tell whether a view may go on: what fits nothing would try everything thoroughly."""
+        return not thorough or self._searches[key] < self._config.growth.partners
+
+    def _best_couple(self, pairs: Collection[Pair]) -> Chance | None:
+        """Return two objects that have not had their one try at the end, and prefer each other."""
+        chances = self._chances.of(
+            pairs, self._shape, self._config.growth.least, careful=True, again=True,
+            thorough=True)
+        free = self._object_ids.keys() - self._asked
+        couple = self._chances.best_couple(
+            [c for c in chances if {c.smaller, c.larger} <= free], self._shape,
+            self._config.verdict.score_least)
+        if couple:
+            self._asked.update((couple.smaller, couple.larger))
+        return couple
 
     def reconsider(self) -> bool:
         """Try again what did not fit before poses became better; whether shapes became one."""
         before = len(self._shapes)
+        # Better poses may leave nothing to object to.
+        self._asked -= self._objected
+        self._objected.clear()
         if self._chances.renew(self._outdated) or self._parted:
             self._parted = False
-            self.settle()
+            self._settle()
         return len(self._shapes) < before
 
     @property
@@ -120,7 +147,7 @@ class Growth:
         pairs: set[tuple[int, int]] = set()
         for key in keys:
             others = [pair_of(key, k) for k in keys if k != key]
-            chances = self._chances.of(others, self._shape, -1.0, again=True)
+            chances = self._chances.of(others, self._shape, -1.0, again=True, thorough=True)
             pairs.update(
                 pair_of(c.smaller, c.larger) for c in chances[:self._config.growth.partners])
         return sorted(pairs)
@@ -194,7 +221,9 @@ class Growth:
             chance = self._best_of(key, least)
             if chance is None:
                 return
-            merged = self._try(chance)
+            # Where a view has nothing else to try, all that can be done is done at once.
+            alone = len(self._shapes) == 2 and self._shapes[chance.smaller].size == 1
+            merged = self._try(chance, thorough=alone)
             tries += 1
             if merged is not None:
                 key, tries = merged, 0
@@ -217,13 +246,15 @@ class Growth:
             self._outdated.discard(key)
         return self._shapes[key]
 
-    def _try(self, chance: Chance) -> int | None:
+    def _try(self, chance: Chance, *, thorough: bool = False) -> int | None:
         """Register the smaller shape to the larger; return the key of what they became."""
         small, large = self._shape(chance.smaller), self._shape(chance.larger)
-        self._chances.spend(chance)
+        self._chances.spend(chance, thorough=thorough)
+        if thorough:
+            self._searches.update((chance.smaller, chance.larger))
         result, record = attempt(
             small.surface, large.surface, self._config, threads=self._threads,
-            known=self._watch.known(small, large))
+            known=self._watch.known(small, large), thorough=thorough)
         record = replace(
             record, source_views=tuple(small.members), target_views=tuple(large.members))
         for stage, seconds in record.seconds.items():
@@ -234,6 +265,7 @@ class Growth:
         if objection:
             result = replace(
                 result, status=Status.REFUSED, T_target_source=None, reason=objection)
+            self._objected |= {chance.smaller, chance.larger}
             record = replace(record, status=result.status, reason=result.reason)
         merged = None
         try:
@@ -290,6 +322,7 @@ class Growth:
         self._outdated.discard(key)
         self._object_ids.pop(key, None)
         self._asked.discard(key)
+        self._objected.discard(key)
         self._residuals.pop(key, None)
         self._chances.forget(key)
 

@@ -22,7 +22,8 @@ from ros_rops.pipeline.station import StationWatch
 from ros_rops.pipeline.units import in_units
 
 SECONDS = (
-    'prepare', 'screen', 'match', 'ccv', 'icp', 'quick', 'thorough', 'settle', 'grow', 'fine')
+    'prepare', 'screen', 'match', 'ccv', 'icp', 'glance', 'quick', 'thorough', 'settle', 'grow',
+    'fine')
 
 
 class Session:

@@ -8,8 +8,11 @@ import math
 import numpy as np
 from ros_rops.core.pairwise import PairResult
 from ros_rops.core.types import Status
-from ros_rops.core.verdict import FINEST_MR
 from ros_rops.pipeline.reports import ViewReport
+
+# Residuals below this are alike (mr): where a surface has creases, views of it at the right pose
+# differ by as much as by their meshes, and elsewhere by a third of it.
+ALIKE_MR = 0.1
 
 
 class Words:
@@ -57,7 +60,7 @@ class Words:
 def outlier(result: PairResult, past: Sequence[float], most: float) -> str:
     """Return why a pose fits too badly for what the shapes are like within, '' if it does not."""
     residual = result.numbers.get('residual_mr', 0.0)
-    usual = max(float(np.median(past)), FINEST_MR) if past else math.inf
+    usual = max(float(np.median(past)), ALIKE_MR) if past else math.inf
     if result.status is not Status.PLACED or residual <= most * usual:
         return ''
     return (
