@@ -11,6 +11,7 @@ left waits, and tries again when the shapes have grown.
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, MutableMapping, Sequence
 from dataclasses import replace
+import itertools
 import time
 
 from ros_rops.core.config import Config
@@ -261,7 +262,9 @@ class Growth:
             self._seconds[stage] += seconds
         past = [
             *self._residuals.get(chance.smaller, ()), *self._residuals.get(chance.larger, ())]
-        objection = outlier(result, past, self._config.verdict.outlier)
+        # Two views that nothing is known of are held to what the session's sensors are like.
+        usual = past or list(itertools.chain.from_iterable(self._residuals.values()))
+        objection = outlier(result, usual, self._config.verdict.outlier)
         if objection:
             result = replace(
                 result, status=Status.REFUSED, T_target_source=None, reason=objection)

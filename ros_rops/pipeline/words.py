@@ -64,7 +64,7 @@ def outlier(result: PairResult, past: Sequence[float], most: float) -> str:
     if result.status is not Status.PLACED or residual <= most * usual:
         return ''
     return (
-        f'residual {residual:.2f} mr, while the views it would join fit each other within '
+        f'residual {residual:.2f} mr, while other views fit each other within '
         f'{usual:.2f}')
 
 

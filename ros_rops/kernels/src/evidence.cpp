@@ -75,7 +75,7 @@ Evidence grow(const Evidence& shape, const Evidence& view, const Rigid& T_shape_
     rim.push_back(fresh.rim[k]);
   }
   Evidence grown;
-  grown.field = build_field(vertices, rim, old.cell, reach);
+  grown.field = build_field(vertices, rim, old.cell, reach, false);
   grown.rasters.reserve(shape.rasters.size() + view.rasters.size());
   grown.rasters = shape.rasters;
   for (Raster raster : view.rasters) {

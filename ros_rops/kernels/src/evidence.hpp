@@ -78,9 +78,10 @@ struct Evidence {
 // Enough for an object of 3000 resolutions a side; beyond it the view holds stray points.
 constexpr std::size_t kMostCells = 64u << 20;
 
-// Throws std::length_error if the extent takes more than kMostCells cells.
+// Throws std::length_error if the extent takes more than kMostCells cells. Normals are evened out
+// among neighbours at most once: every time more would carry them farther along the surface.
 Field build_field(const std::vector<Oriented>& vertices, const std::vector<std::uint8_t>& rim,
-                  float cell, int reach);
+                  float cell, int reach, bool even_normals);
 // `beyond`: where rays ended that pass by the object.
 Raster build_raster(const std::vector<Oriented>& vertices, const std::vector<Float3>& beyond,
                     bool pinhole, Float3 origin, Float3 direction, float pixel);

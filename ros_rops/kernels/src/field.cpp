@@ -266,7 +266,7 @@ std::int32_t Field::closest_vertex(Float3 p) const {
 }
 
 Field build_field(const std::vector<Oriented>& vertices, const std::vector<std::uint8_t>& rim,
-                  float cell, int reach) {
+                  float cell, int reach, bool even_normals) {
   Field field;
   field.cell = cell;
   field.per_cell = 1 / cell;
@@ -275,7 +275,7 @@ Field build_field(const std::vector<Oriented>& vertices, const std::vector<std::
   grid.nearest.assign(static_cast<std::size_t>(field.nx) * field.ny * field.nz, -1);
   fill_surface(field, grid, vertices, rim);
   spread(field, grid, reach);
-  smooth_normals(field, grid);
+  if (even_normals) smooth_normals(field, grid);
   field.noise = estimate_noise(field, grid);
   lay_bricks(field, grid);
   return field;

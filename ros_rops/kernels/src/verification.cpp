@@ -46,7 +46,7 @@ std::shared_ptr<Evidence> make_evidence(const Doubles& points, const Doubles& no
                static_cast<float>(beyond.data()[3 * i + 2])};
   py::gil_scoped_release release;
   auto out = std::make_shared<Evidence>();
-  out->field = build_field(vertices, edge, cell, reach);
+  out->field = build_field(vertices, edge, cell, reach, true);
   if (sensor)
     out->rasters.push_back(
         build_raster(vertices, past, sensor == 2, to_float3(origin), to_float3(direction), cell));
