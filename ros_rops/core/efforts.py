@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """How hard a pose is looked for: what is proposed, and what comes of it."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -140,11 +141,20 @@ def beyond_doubt(verdict: Verdict, config: Config) -> bool:
         and verdict.numbers['score'] >= config.verdict.score_sure)
 
 
+def plain_score(config: Config) -> float:
+    """Return the least score of a plain pose."""
+    return PLAIN * config.verdict.score_sure
+
+
 def plain(verdict: Verdict, config: Config) -> bool:
     """Tell whether a pose is so far beyond doubt that no other need be looked for."""
-    numbers = verdict.numbers
     return (
         verdict.status is Status.PLACED
-        and numbers['score'] >= PLAIN * config.verdict.score_sure
-        and numbers['rival'] <= PLAIN_AGAINST * config.verdict.rival
-        and against(numbers) <= PLAIN_AGAINST * numbers['contradiction_most'])
+        and verdict.numbers['score'] >= plain_score(config)
+        and verdict.numbers['rival'] <= PLAIN_AGAINST * config.verdict.rival
+        and unopposed(verdict.numbers))
+
+
+def unopposed(numbers: Mapping[str, float]) -> bool:
+    """Tell whether hardly any ray contradicts a pose."""
+    return against(numbers) <= PLAIN_AGAINST * numbers['contradiction_most']

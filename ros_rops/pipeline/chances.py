@@ -87,13 +87,12 @@ class Chances:
         return sorted(found, key=lambda c: (-c.plausibility, c.smaller, c.larger))
 
     def best(
-        self, pairs: Collection[Pair], shape: Callable[[int], Shape], least: float
+        self, pairs: Collection[Pair], shape: Callable[[int], Shape], least: float,
+        promise_least: float,
     ) -> Chance | None:
-        """Return the most plausible pair; of several, the first that keeps its promise."""
+        """Return the most plausible pair that promises enough, of the few first."""
         for chance in self.of(pairs, shape, least)[:self._config.growth.tries]:
-            # A view that has but one to try does so without asking.
-            alone = len(pairs) == 1 and shape(chance.smaller).size == 1
-            if alone or self.promise_of(chance, shape) >= self._config.verdict.score_sure:
+            if self.promise_of(chance, shape) >= promise_least:
                 return chance
             # That counts as tried in vain until the shapes have grown.
             self.fail(chance, shape(chance.smaller).size + shape(chance.larger).size)

@@ -12,9 +12,11 @@ from collections import Counter
 from collections.abc import Callable, Collection, Mapping, MutableMapping, Sequence
 from dataclasses import replace
 import itertools
+import math
 import time
 
 from ros_rops.core.config import Config
+from ros_rops.core.efforts import plain_score
 from ros_rops.core.errors import ViewError
 from ros_rops.core.pairwise import PairResult
 from ros_rops.core.shape_growing import grow, regrow, Shape
@@ -24,7 +26,7 @@ from ros_rops.pipeline.attempt import Attempt, attempt
 from ros_rops.pipeline.chances import Chance, Chances, Pair, pair_of
 from ros_rops.pipeline.reports import ViewReport
 from ros_rops.pipeline.station import StationWatch
-from ros_rops.pipeline.words import outlier, Words
+from ros_rops.pipeline.words import opposed, outlier, Words
 
 # An object that is so many times as plausible as it must be is tried before views that wait.
 LIKELY = 2.0
@@ -223,20 +225,26 @@ class Growth:
             if chance is None:
                 return
             # Where a view has nothing else to try, all that can be done is done at once.
-            alone = len(self._shapes) == 2 and self._shapes[chance.smaller].size == 1
-            merged = self._try(chance, thorough=alone)
+            merged = self._try(chance, thorough=self._alone(key))
             tries += 1
             if merged is not None:
                 key, tries = merged, 0
+
+    def _alone(self, key: int) -> bool:
+        """Tell whether a shape is a view that has but one other to try."""
+        return len(self._shapes) == 2 and self._shapes[key].size == 1
 
     def _best_of(self, key: int, least: float) -> Chance | None:
         others = [k for k in sorted(self._shapes) if k != key]
         objects = [pair_of(k, key) for k in others if k in self._object_ids]
         waiting = [pair_of(k, key) for k in others if k not in self._object_ids]
-        first = self._chances.best(objects, self._shape, least)
+        # What promises less than is plain would be doubted; where a view has but one to try, even
+        # that is tried.
+        promise = -math.inf if self._alone(key) else plain_score(self._config)
+        first = self._chances.best(objects, self._shape, least, promise)
         if first and first.plausibility >= LIKELY * least:
             return first
-        found = filter(None, (first, self._chances.best(waiting, self._shape, least)))
+        found = filter(None, (first, self._chances.best(waiting, self._shape, least, promise)))
         return max(found, key=lambda chance: chance.plausibility, default=None)
 
     def _shape(self, key: int) -> Shape:
@@ -262,9 +270,7 @@ class Growth:
             self._seconds[stage] += seconds
         past = [
             *self._residuals.get(chance.smaller, ()), *self._residuals.get(chance.larger, ())]
-        # Two views that nothing is known of are held to what the session's sensors are like.
-        usual = past or list(itertools.chain.from_iterable(self._residuals.values()))
-        objection = outlier(result, usual, self._config.verdict.outlier)
+        objection = self._objection(result, past)
         if objection:
             result = replace(
                 result, status=Status.REFUSED, T_target_source=None, reason=objection)
@@ -289,6 +295,15 @@ class Growth:
         self._residuals[key] = [*past, result.numbers['residual_mr']]
         self._joined()
         return key
+
+    def _objection(self, result: PairResult, past: Sequence[float]) -> str:
+        """Return what the session has against a pose that two shapes alone would bear out."""
+        # Two views that nothing is known of are held to what the session's sensors are like.
+        usual = past or list(itertools.chain.from_iterable(self._residuals.values()))
+        # Of many strangers some fit each other by chance.
+        several = len(self._shapes) > 2
+        return outlier(result, usual, self._config.verdict.outlier) or (
+            opposed(result) if several else '')
 
     def _grown(self, small: Shape, large: Shape, result: PairResult) -> Shape | None:
         if result.status is not Status.PLACED or result.T_target_source is None:

@@ -6,8 +6,10 @@ from collections.abc import Iterable, Sequence
 import math
 
 import numpy as np
+from ros_rops.core.efforts import unopposed
 from ros_rops.core.pairwise import PairResult
 from ros_rops.core.types import Status
+from ros_rops.core.verdict import against
 from ros_rops.pipeline.reports import ViewReport
 
 # Residuals below this are alike (mr): where a surface has creases, views of it at the right pose
@@ -66,6 +68,15 @@ def outlier(result: PairResult, past: Sequence[float], most: float) -> str:
     return (
         f'residual {residual:.2f} mr, while other views fit each other within '
         f'{usual:.2f}')
+
+
+def opposed(result: PairResult) -> str:
+    """Return why a pose is doubted where other shapes may fit as well, '' if it is not."""
+    if result.status is not Status.PLACED or unopposed(result.numbers):
+        return ''
+    return (
+        f'what the rays contradict is {against(result.numbers):.2f} of what matches: too much '
+        'where there are other shapes that it may belong to')
 
 
 def _telling(word: PairResult) -> float:
