@@ -62,7 +62,7 @@ def test_every_attempt_is_recorded(mixed):
     for attempt in mixed.trace:
         assert attempt.status in (Status.PLACED, Status.AMBIGUOUS, Status.REFUSED)
         assert attempt.reason
-        assert set(attempt.seconds) <= {'match', 'quick', 'thorough', 'settle'}
+        assert set(attempt.seconds) <= {'match', 'glance', 'quick', 'thorough', 'settle'}
         assert all(value >= 0 for value in attempt.seconds.values())
 
 

@@ -149,6 +149,21 @@ def test_growing_replaces_a_rim_by_the_inside():
     assert (before[1], after[1]) == (10, 25)
 
 
+def test_growing_leaves_the_normals_as_they_were():
+    # A sphere: wherever normals are carried along it, they no longer point outwards.
+    random = np.random.default_rng(3)
+    out = random.normal(size=(4000, 3))
+    out /= np.linalg.norm(out, axis=1)[:, None]
+    shape = Evidence.of(30.0 * out, out, np.zeros(len(out), bool), BLIND, cell=2.0, reach=7)
+    grown = shape
+    for _ in range(100):
+        grown = grown.grown(shape, np.eye(4), 1.0)
+    first, last = shape.vertices(), grown.vertices()
+    assert len(last.points) == len(first.points)
+    _, same = cKDTree(last.points).query(first.points)
+    assert np.abs(last.normals[same] - first.normals).max() < 1e-6
+
+
 def test_a_grown_shape_remembers_where_each_sensor_stood():
     points = plane()
     shape = evidence(points, DOWN)

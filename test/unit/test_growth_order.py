@@ -4,9 +4,10 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from ros_rops.core.config import Config
-from ros_rops.core.shape_growing import Shape
+from ros_rops.core.shape_growing import Prospect, Shape
 from ros_rops.pipeline import chances as module
 from ros_rops.pipeline.growth import Growth
 
@@ -24,8 +25,9 @@ def test_a_likely_object_goes_first_and_a_weak_one_by_its_votes(
 ):
     values = {'object': of_object, 'view': of_view}
     monkeypatch.setattr(
-        module, 'plausibility',
-        lambda small, large, config, **_: values[small if small != 'new' else large])
+        module, 'prospect', lambda small, large, config, **_: Prospect(
+            values[small if small != 'new' else large], np.empty((0, 4, 4))))
+    monkeypatch.setattr(module, 'promise', lambda *_, **__: 1.0)
     growth = Growth(Config(), 1, {'screen': 0.0}, SimpleNamespace())
     shapes = [Shape('object', {'a': None, 'b': None}), Shape('view', {'c': None}),
               Shape('new', {'d': None})]

@@ -89,7 +89,8 @@ def test_laps_come_in_order(pair):
     _, _, target, source, _ = pair
     stages = []
     register(source, target, CONFIG, lap=stages.append)
-    assert stages in (['match', 'quick', 'settle'], ['match', 'quick', 'thorough', 'settle'])
+    first, more = ['match', 'glance'], ['match', 'quick', 'thorough']
+    assert stages in [[*first, *more[:k], 'settle'] for k in (0, 2, 3)]
 
 
 def test_other_objects_are_refused():
