@@ -89,7 +89,7 @@ class Task:
         return self._matched(self.config.matching)
 
     def starts(self) -> Floats:
-        """Return the random starts (H, 4, 4), the same ones every time."""
+        """Pair frames at random, the same ones every time: poses (H, 4, 4)."""
         settings = self.config.pairwise
         return random_transforms(
             self.source, self.target, settings.random_starts,

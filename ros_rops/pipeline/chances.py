@@ -88,15 +88,27 @@ class Chances:
 
     def best(
         self, pairs: Collection[Pair], shape: Callable[[int], Shape], least: float,
-        promise_least: float,
+        promise_least: Callable[[Chance], float],
     ) -> Chance | None:
         """Return the most plausible pair that promises enough, of the few first."""
         for chance in self.of(pairs, shape, least)[:self._config.growth.tries]:
-            if self.promise_of(chance, shape) >= promise_least:
+            if self.promise_of(chance, shape) >= promise_least(chance):
                 return chance
             # That counts as tried in vain until the shapes have grown.
             self.fail(chance, shape(chance.smaller).size + shape(chance.larger).size)
         return None
+
+    def likeliest(
+        self, keys: Collection[int], shape: Callable[[int], Shape]
+    ) -> list[Pair]:
+        """For every shape the few others, not tried thoroughly, that its votes speak for."""
+        pairs: set[Pair] = set()
+        for key in keys:
+            others = [pair_of(key, k) for k in keys if k != key]
+            chances = self.of(others, shape, -1.0, again=True, thorough=True)
+            pairs.update(
+                pair_of(c.smaller, c.larger) for c in chances[:self._config.growth.partners])
+        return sorted(pairs)
 
     def best_couple(
         self, chances: Collection[Chance], shape: Callable[[int], Shape], least: float

@@ -19,17 +19,19 @@ from ros_rops.core.config import Config
 from ros_rops.core.efforts import plain_score
 from ros_rops.core.errors import ViewError
 from ros_rops.core.pairwise import PairResult
-from ros_rops.core.shape_growing import grow, regrow, Shape
-from ros_rops.core.surface import Surface
+from ros_rops.core.shape_growing import grow, Shape
 from ros_rops.core.types import Floats, Status, Units
 from ros_rops.pipeline.attempt import Attempt, attempt
 from ros_rops.pipeline.chances import Chance, Chances, Pair, pair_of
 from ros_rops.pipeline.reports import ViewReport
+from ros_rops.pipeline.shapes import Shapes
 from ros_rops.pipeline.station import StationWatch
-from ros_rops.pipeline.words import opposed, outlier, Words
+from ros_rops.pipeline.words import objection, refused, Words
 
 # An object that is so many times as plausible as it must be is tried before views that wait.
 LIKELY = 2.0
+# Of more shapes than these, some that are strangers fit each other by chance.
+SEVERAL = 8
 
 
 class Growth:
@@ -56,12 +58,9 @@ class Growth:
         self._config = config
         self._threads = threads
         self._seconds = seconds
-        self._shapes: dict[int, Shape] = {}
-        self._surfaces: dict[str, Surface] = {}
-        self._outdated: set[int] = set()
+        self._shapes = Shapes(config, threads)
         self._parted = False
-        self._object_ids: dict[int, int] = {}
-        self._asked: set[int] = set()
+        self._asked: Counter[int] = Counter()
         self._objected: set[int] = set()
         self._searches: Counter[int] = Counter()
         self._chances = Chances(config, threads, seconds)
@@ -69,14 +68,12 @@ class Growth:
         self._joined = joined
         self._words = Words()
         self._residuals: dict[int, list[float]] = {}
-        self._next_key = 0
-        self._next_object = 0
 
     def arrive(self, shape: Shape, units: Units) -> None:
         """Take a new view in, in `units`, and let it, and what it changes, find its place."""
-        self._surfaces[shape.surface.name] = shape.surface
+        self._shapes.surfaces[shape.surface.name] = shape.surface
         self._watch.arrive(shape.surface, units)
-        self._grow_from(self._insert(shape), self._config.growth.plausible)
+        self._grow_from(self._shapes.insert(shape), self._config.growth.plausible)
 
     def settle(self) -> None:
         """Try what has a chance at all, best first, until nothing fits any more."""
@@ -85,38 +82,38 @@ class Growth:
 
     def _settle(self) -> None:
         while True:
-            pairs = self._likeliest_pairs()
-            chance = self._best_of_a_view(pairs, thorough=False)
-            if chance:
+            pairs = self._chances.likeliest(self._shapes.keys, self._shapes.of)
+            if chance := self._best_of_a_view(pairs, thorough=False):
                 self._try(chance)
-                continue
-            chance = self._best_of_a_view(pairs, thorough=True) or self._best_couple(pairs)
-            if chance is None:
+            elif chance := (
+                    self._best_of_a_view(pairs, thorough=True) or self._best_couple(pairs)):
+                self._try(chance, thorough=True)
+            else:
                 return
-            self._try(chance, thorough=True)
 
     def _best_of_a_view(self, pairs: Collection[Pair], *, thorough: bool) -> Chance | None:
         """Return the most plausible untried pair of a view that has no place yet."""
-        objects = self._object_ids.keys()
+        # What fits nothing would try everything thoroughly.
+        most = self._config.growth.partners if thorough else math.inf
+        free = {
+            key for key in self._shapes.keys
+            if key not in self._shapes.object_ids and self._searches[key] < most}
         chances = self._chances.of(
-            [pair for pair in pairs if any(
-                key not in objects and self._may_try(key, thorough) for key in pair)],
-            self._shape,
-            self._config.growth.least, careful=True, again=True, thorough=thorough)
+            [pair for pair in pairs if not free.isdisjoint(pair)],
+            self._shapes.of, self._config.growth.least, careful=True, again=True,
+            thorough=thorough)
         return chances[0] if chances else None
 
-    def _may_try(self, key: int, thorough: bool) -> bool:
-        """Tell whether a view may go on: what fits nothing would try everything thoroughly."""
-        return not thorough or self._searches[key] < self._config.growth.partners
-
     def _best_couple(self, pairs: Collection[Pair]) -> Chance | None:
-        """Return two objects that have not had their one try at the end, and prefer each other."""
+        """Return two objects that prefer each other and have not had all their tries."""
         chances = self._chances.of(
-            pairs, self._shape, self._config.growth.least, careful=True, again=True,
+            pairs, self._shapes.of, self._config.growth.least, careful=True, again=True,
             thorough=True)
-        free = self._object_ids.keys() - self._asked
+        free = {
+            key for key in self._shapes.object_ids
+            if self._asked[key] < self._config.growth.tries}
         couple = self._chances.best_couple(
-            [c for c in chances if {c.smaller, c.larger} <= free], self._shape,
+            [c for c in chances if {c.smaller, c.larger} <= free], self._shapes.of,
             self._config.verdict.score_least)
         if couple:
             self._asked.update((couple.smaller, couple.larger))
@@ -126,9 +123,9 @@ class Growth:
         """Try again what did not fit before poses became better; whether shapes became one."""
         before = len(self._shapes)
         # Better poses may leave nothing to object to.
-        self._asked -= self._objected
-        self._objected.clear()
-        if self._chances.renew(self._outdated) or self._parted:
+        while self._objected:
+            del self._asked[self._objected.pop()]
+        if self._chances.renew(self._shapes.outdated) or self._parted:
             self._parted = False
             self._settle()
         return len(self._shapes) < before
@@ -136,55 +133,38 @@ class Growth:
     @property
     def placed_share(self) -> float:
         """Share of the views that belong to an object; 1 without views."""
-        placed = sum(shape.size for shape in self.objects().values())
-        return placed / len(self._surfaces) if self._surfaces else 1.0
+        return self._shapes.placed_share
 
     def forget_trials(self) -> None:
         """Let all be tried again."""
         self._asked.clear()
-        self._chances.renew(self._shapes)
-
-    def _likeliest_pairs(self) -> list[tuple[int, int]]:
-        """For every shape the few others that its quick votes speak for."""
-        keys = sorted(self._shapes)
-        pairs: set[tuple[int, int]] = set()
-        for key in keys:
-            others = [pair_of(key, k) for k in keys if k != key]
-            chances = self._chances.of(others, self._shape, -1.0, again=True, thorough=True)
-            pairs.update(
-                pair_of(c.smaller, c.larger) for c in chances[:self._config.growth.partners])
-        return sorted(pairs)
+        self._chances.renew(self._shapes.keys)
 
     def objects(self) -> dict[int, Shape]:
         """Shapes of two or more views by object id."""
-        return {self._object_ids[key]: self._shapes[key] for key in self._object_ids}
+        return self._shapes.objects()
 
     def move(self, object_id: int, poses: Mapping[str, Floats]) -> None:
         """Give the views of an object better poses; its surface follows when it is needed."""
-        key = next(k for k, number in self._object_ids.items() if number == object_id)
-        self._shapes[key] = Shape(self._shapes[key].surface, dict(poses))
-        self._outdated.add(key)
+        self._shapes.move(object_id, poses)
         self._watch.learn(self.objects())
 
     def holds(self, name: str) -> bool:
         """Whether a view is in one of the shapes."""
-        return any(name in shape.members for shape in self._shapes.values())
+        return self._shapes.holds(name)
 
     def take_back(self, name: str) -> None:
         """Remove a view; what it held together stays together."""
-        key = self._key_of(name)
-        poses = {k: pose for k, pose in self._shapes[key].members.items() if k != name}
+        key = self._shapes.key_of(name)
+        poses = {k: pose for k, pose in self._shapes.members(key).items() if k != name}
         # Before anything is forgotten: it may fail for want of memory.
-        rest = poses and regrow(self._surfaces, poses, self._config, threads=self._threads)
+        rest = poses and self._shapes.regrown(poses)
+        object_id = self._shapes.object_ids.get(key) if len(poses) > 1 else None
         self._words.forget(name)
-        del self._surfaces[name]
-        object_id = self._object_ids.get(key)
+        del self._shapes.surfaces[name]
         self._forget(key)
-        if not rest:
-            return
-        fresh = self._insert(rest)
-        if len(poses) > 1 and object_id is not None:
-            self._object_ids[fresh] = object_id
+        if rest:
+            self._shapes.insert(rest, object_id)
 
     def take_apart(
         self, object_id: int, groups: Sequence[Sequence[str]], reason: str
@@ -194,28 +174,25 @@ class Growth:
 
         A view left alone waits; `reason` is the word on it until another place is tried.
         """
-        key = next(k for k, number in self._object_ids.items() if number == object_id)
-        poses = self._shapes[key].members
+        key = self._shapes.key_of_object(object_id)
+        poses = self._shapes.members(key)
         past = self._residuals.get(key, [])
         self._forget(key)
         self._parted = True
         for place, names in enumerate(groups):
-            fresh = self._insert(regrow(
-                self._surfaces, {name: poses[name] for name in names}, self._config,
-                threads=self._threads))
+            part = self._shapes.regrown({name: poses[name] for name in names})
             if len(names) == 1:
+                self._shapes.insert(part)
                 self._words.say(names[0], f'object {object_id}', reason)
             elif place == 0:
-                self._object_ids[fresh] = object_id
-                self._residuals[fresh] = past
+                self._residuals[self._shapes.insert(part, object_id)] = past
             else:
-                self._object_ids[fresh] = self._next_object
-                self._next_object += 1
+                self._shapes.insert(part, self._shapes.new_object())
 
     def report(self, name: str) -> ViewReport:
         """Return the current word on a view."""
-        key = self._key_of(name)
-        return self._words.report(name, self._object_ids.get(key))
+        key = self._shapes.key_of(name)
+        return self._words.report(name, self._shapes.object_ids.get(key))
 
     def _grow_from(self, key: int, least: float) -> None:
         """Let one shape, and what becomes of it, try the others: likely objects first."""
@@ -225,39 +202,31 @@ class Growth:
             if chance is None:
                 return
             # Where a view has nothing else to try, all that can be done is done at once.
-            merged = self._try(chance, thorough=self._alone(key))
+            merged = self._try(chance, thorough=self._expected(chance))
             tries += 1
             if merged is not None:
                 key, tries = merged, 0
 
-    def _alone(self, key: int) -> bool:
-        """Tell whether a shape is a view that has but one other to try."""
-        return len(self._shapes) == 2 and self._shapes[key].size == 1
-
     def _best_of(self, key: int, least: float) -> Chance | None:
-        others = [k for k in sorted(self._shapes) if k != key]
-        objects = [pair_of(k, key) for k in others if k in self._object_ids]
-        waiting = [pair_of(k, key) for k in others if k not in self._object_ids]
-        # What promises less than is plain would be doubted; where a view has but one to try, even
-        # that is tried.
-        promise = -math.inf if self._alone(key) else plain_score(self._config)
-        first = self._chances.best(objects, self._shape, least, promise)
+        others = [k for k in self._shapes.keys if k != key]
+        objects = [pair_of(k, key) for k in others if k in self._shapes.object_ids]
+        waiting = [pair_of(k, key) for k in others if k not in self._shapes.object_ids]
+        first = self._chances.best(objects, self._shapes.of, least, self._promise_least)
         if first and first.plausibility >= LIKELY * least:
             return first
-        found = filter(None, (first, self._chances.best(waiting, self._shape, least, promise)))
-        return max(found, key=lambda chance: chance.plausibility, default=None)
+        second = self._chances.best(waiting, self._shapes.of, least, self._promise_least)
+        return max(filter(None, (first, second)), key=lambda c: c.plausibility, default=None)
 
-    def _shape(self, key: int) -> Shape:
-        """Return a shape whose surface is that of its present poses."""
-        if key in self._outdated:
-            self._shapes[key] = regrow(
-                self._surfaces, self._shapes[key].members, self._config, threads=self._threads)
-            self._outdated.discard(key)
-        return self._shapes[key]
+    def _promise_least(self, chance: Chance) -> float:
+        """Return what a pair must promise: less than is plain would be doubted."""
+        return -math.inf if self._expected(chance) else plain_score(self._config)
+
+    def _expected(self, chance: Chance) -> bool:
+        return self._shapes.is_expected(chance.smaller, chance.larger)
 
     def _try(self, chance: Chance, *, thorough: bool = False) -> int | None:
         """Register the smaller shape to the larger; return the key of what they became."""
-        small, large = self._shape(chance.smaller), self._shape(chance.larger)
+        small, large = self._shapes.of(chance.smaller), self._shapes.of(chance.larger)
         self._chances.spend(chance, thorough=thorough)
         if thorough:
             self._searches.update((chance.smaller, chance.larger))
@@ -270,21 +239,20 @@ class Growth:
             self._seconds[stage] += seconds
         past = [
             *self._residuals.get(chance.smaller, ()), *self._residuals.get(chance.larger, ())]
-        objection = self._objection(result, past)
-        if objection:
-            result = replace(
-                result, status=Status.REFUSED, T_target_source=None, reason=objection)
+        # Two views that nothing is known of are held to what the session's sensors are like.
+        usual = past or list(itertools.chain.from_iterable(self._residuals.values()))
+        against = objection(
+            result, usual, self._config.verdict, several=len(self._shapes) > SEVERAL)
+        if against:
+            result = refused(result, against)
             self._objected |= {chance.smaller, chance.larger}
-            record = replace(record, status=result.status, reason=result.reason)
         merged = None
         try:
             merged = self._grown(small, large, result)
         except ViewError as error:
             # Only together do the two extend too far: the pose is of no use then.
-            result = replace(
-                result, status=Status.REFUSED, T_target_source=None, reason=str(error))
-            record = replace(record, status=result.status, reason=result.reason)
-        self.trace.append(record)
+            result = refused(result, str(error))
+        self.trace.append(replace(record, status=result.status, reason=result.reason))
         if merged is None:
             self._chances.fail(chance, small.size + large.size)
             if small.size == 1:
@@ -296,15 +264,6 @@ class Growth:
         self._joined()
         return key
 
-    def _objection(self, result: PairResult, past: Sequence[float]) -> str:
-        """Return what the session has against a pose that two shapes alone would bear out."""
-        # Two views that nothing is known of are held to what the session's sensors are like.
-        usual = past or list(itertools.chain.from_iterable(self._residuals.values()))
-        # Of many strangers some fit each other by chance.
-        several = len(self._shapes) > 2
-        return outlier(result, usual, self._config.verdict.outlier) or (
-            opposed(result) if several else '')
-
     def _grown(self, small: Shape, large: Shape, result: PairResult) -> Shape | None:
         if result.status is not Status.PLACED or result.T_target_source is None:
             return None
@@ -315,34 +274,20 @@ class Growth:
         return merged
 
     def _merge(self, small: int, large: int, merged: Shape) -> int:
-        ids = [self._object_ids[k] for k in (large, small) if k in self._object_ids]
+        known = self._shapes.object_ids
+        ids = [known[k] for k in (large, small) if k in known] or [self._shapes.new_object()]
         hopes = self._chances.hopes(small, large)
-        key = self._insert(merged)
+        key = self._shapes.insert(merged, min(ids))
         self._chances.inherit(key, small, large)
         self._chances.hope(key, hopes)
         self._forget(small)
         self._forget(large)
-        if not ids:
-            ids = [self._next_object]
-            self._next_object += 1
-        self._object_ids[key] = min(ids)
         self._watch.learn(self.objects())
         return key
 
-    def _insert(self, shape: Shape) -> int:
-        key = self._next_key
-        self._next_key += 1
-        self._shapes[key] = shape
-        return key
-
     def _forget(self, key: int) -> None:
-        del self._shapes[key]
-        self._outdated.discard(key)
-        self._object_ids.pop(key, None)
-        self._asked.discard(key)
+        self._shapes.forget(key)
+        del self._asked[key]
         self._objected.discard(key)
         self._residuals.pop(key, None)
         self._chances.forget(key)
-
-    def _key_of(self, name: str) -> int:
-        return next(key for key, shape in self._shapes.items() if name in shape.members)

@@ -3,9 +3,11 @@
 """The most telling outcome of a registration for every view."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 import math
 
 import numpy as np
+from ros_rops.core.config import VerdictConfig
 from ros_rops.core.efforts import unopposed
 from ros_rops.core.pairwise import PairResult
 from ros_rops.core.types import Status
@@ -57,6 +59,29 @@ class Words:
         status = Status.AMBIGUOUS if word.status is Status.AMBIGUOUS else Status.PENDING
         return ViewReport(
             name, status, None, f'against {word.target}: {word.reason}', word.numbers)
+
+
+def refused(result: PairResult, reason: str) -> PairResult:
+    """Return a result without its pose, for a reason that lies outside of the pair."""
+    return replace(result, status=Status.REFUSED, T_target_source=None, reason=reason)
+
+
+def objection(
+    result: PairResult, past: Sequence[float], config: VerdictConfig, *, several: bool
+) -> str:
+    """
+    Return what a session has against a pose that two shapes alone would bear out, '' if nothing.
+
+    Parameters
+    ----------
+    result : PairResult
+    past : sequence of float
+        Residuals (mr) by which the two shapes grew, or the session's others.
+    config : VerdictConfig
+    several : bool
+        Whether there are other shapes: of many strangers some fit each other by chance.
+    """
+    return outlier(result, past, config.outlier) or (opposed(result) if several else '')
 
 
 def outlier(result: PairResult, past: Sequence[float], most: float) -> str:

@@ -125,7 +125,7 @@ def test_no_couple_promises_too_little(promising):
 
 def test_of_the_likely_the_first_that_promises_enough_is_tried(promising):
     shapes, chances, pairs = promising
-    best = chances.best(pairs, shapes.__getitem__, 0.1, 0.3)
+    best = chances.best(pairs, shapes.__getitem__, 0.1, lambda chance: 0.3)
     assert (best.smaller, best.larger) in ((0, 2), (2, 0))
 
 
@@ -133,11 +133,11 @@ def test_only_a_few_are_asked_for_their_promise(promising):
     shapes, _, _ = promising
     chances = Chances(Config(growth=GrowthConfig(tries=1)), 1, {'screen': 0.0})
     # (0, 2) promises enough, but (0, 1) goes first and is the only one asked.
-    assert chances.best([(0, 1), (0, 2)], shapes.__getitem__, 0.1, 0.3) is None
+    assert chances.best([(0, 1), (0, 2)], shapes.__getitem__, 0.1, lambda chance: 0.3) is None
 
 
 def test_who_promised_too_little_waits_until_something_changes(promising):
     shapes, chances, _ = promising
-    assert chances.best([(0, 1)], shapes.__getitem__, 0.1, 0.3) is None
+    assert chances.best([(0, 1)], shapes.__getitem__, 0.1, lambda chance: 0.3) is None
     assert not chances.of([(0, 1)], shapes.__getitem__, 0.1)
     assert chances.of([(0, 1)], shapes.__getitem__, 0.1, again=True)

@@ -31,8 +31,8 @@ def test_a_likely_object_goes_first_and_a_weak_one_by_its_votes(
     growth = Growth(Config(), 1, {'screen': 0.0}, SimpleNamespace())
     shapes = [Shape('object', {'a': None, 'b': None}), Shape('view', {'c': None}),
               Shape('new', {'d': None})]
-    keys = {shape.surface: growth._insert(shape) for shape in shapes}
-    growth._object_ids[keys['object']] = 0
+    keys = {shape.surface: growth._shapes.insert(shape) for shape in shapes}
+    growth._shapes.object_ids[keys['object']] = 0
     chance = growth._best_of(keys['new'], 0.1)
     tried = None if chance is None else next(
         name for name, key in keys.items()

@@ -176,7 +176,7 @@ def test_a_shape_knows_where_it_stands_by_any_of_its_views():
     poses[0] = None
     session = session_of(said(poses)[:2])
     [shape] = session._growth.objects().values()
-    grown = session._growth._shape(next(iter(session._growth._object_ids)))
+    grown = session._growth._shapes.of(next(iter(session._growth._shapes.object_ids)))
     first = arc('blob', COUNT)[0 if shape.first == 'blob_0' else 1]
     found = grown.surface.T_fixed_surface
     turn = Rotation.from_matrix(found[:3, :3].T @ (HALL @ first.T_world_view)[:3, :3])
