@@ -105,19 +105,20 @@ class Growth:
         return chances[0] if chances else None
 
     def _best_couple(self, pairs: Collection[Pair]) -> Chance | None:
-        """Return two objects that prefer each other and have not had all their tries."""
+        """Return two objects that prefer each other; who was asked before must promise more."""
         chances = self._chances.of(
             pairs, self._shapes.of, self._config.growth.least, careful=True, again=True,
             thorough=True)
-        free = {
-            key for key in self._shapes.object_ids
-            if self._asked[key] < self._config.growth.tries}
-        couple = self._chances.best_couple(
-            [c for c in chances if {c.smaller, c.larger} <= free], self._shapes.of,
-            self._config.verdict.score_least)
-        if couple:
-            self._asked.update((couple.smaller, couple.larger))
-        return couple
+        verdict = self._config.verdict
+        for most, least in (
+                (1, verdict.score_least), (self._config.growth.tries, verdict.score_sure)):
+            free = {key for key in self._shapes.object_ids if self._asked[key] < most}
+            couple = self._chances.best_couple(
+                [c for c in chances if {c.smaller, c.larger} <= free], self._shapes.of, least)
+            if couple:
+                self._asked.update((couple.smaller, couple.larger))
+                return couple
+        return None
 
     def reconsider(self) -> bool:
         """Try again what did not fit before poses became better; whether shapes became one."""
