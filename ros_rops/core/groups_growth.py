@@ -20,8 +20,8 @@ class GrowthConfig(Group):
     votes: int = param(
         600, 'Features of a view that tell which shapes are plausible.', low=10, high=1000000)
     tries: int = param(
-        3, 'Shapes that a view tries at most each time the shapes have changed.',
-        low=1, high=1000)
+        3, 'Shapes that a view tries at most each time the shapes have changed, and an object at '
+        'the end.', low=1, high=1000)
     better: float = param(
         1.1, 'Views that did not fit an object try it again when it has grown and their score is '
         'so many times higher.', low=1.0, high=1000.0)
@@ -29,7 +29,8 @@ class GrowthConfig(Group):
         1.25, 'Or when it has so many times as many views; all try again at the end.',
         low=1.0, high=1000.0)
     partners: int = param(
-        8, 'Shapes that a shape considers with all its features at the end.',
+        8, 'Shapes that a shape considers with all its features at the end, and that a view tries '
+        'thoroughly then.',
         low=1, high=1000000)
     resolution_ratio: float = param(
         3.0, 'A view whose mesh resolution differs from the first by more is refused: its units '

@@ -87,7 +87,9 @@ class VerdictConfig(Group):
         700.0, 'Below this area of overlap the least score rises as the area falls: less than '
         'the support of a feature of 15 mr is little evidence.', unit='mr^2', low=0.0, high=1e9)
     score_sure: float = param(
-        0.15, 'A score beyond doubt, which ends the search.', low=0.0, high=1.0)
+        0.15, 'A score beyond doubt, which ends the search. Twice as much is plain: the nearest '
+        'matches suffice, and while views of several objects arrive nothing else is believed.',
+        low=0.0, high=1.0)
     residual_mr: float = param(
         0.35, 'Most mean distance point to plane of matched points, more where the views are '
         'noisy (noise_factor).', unit='mr', low=0.01, high=2.0)
