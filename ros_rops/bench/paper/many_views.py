@@ -31,7 +31,8 @@ def rendered(laboratory: Laboratory, model: Model) -> ReferenceSet:
         laboratory.tell(f'rendering {model.name}')
         return rendered_set(model)
 
-    return laboratory.once(f'rendered {model.name}', make)
+    # Of one name there are two where a table has its meshes scaled.
+    return laboratory.once(f'rendered {model.name} {model.radius!r}', make)
 
 
 def alike(model: Model, radius: float = 0.1) -> Model:
